@@ -9,7 +9,8 @@ Whether a misalignment of the camera is found, and what its correction brings.
 A SOURCE is a recording with ground truth, or a rendered room of 120 frames by a Kinect with a
 defect: ``good:SEED`` has none; the depth of ``lever:SEED`` is registered 25 mm and 1 degree wrong,
 that of ``turned:SEED`` 15 mm and 2 degrees; that of ``late:SEED`` is taken 15 ms later than its
-stamps say.
+stamps say. ``raw:SEED`` gives both images as its two cameras take them, 26 mm apart, with focal
+lengths of 525 and 585 px, and the calibration of the depth camera for both.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ import numpy as np
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.messages.depth_to_colour import DepthToColour
 from aick_ros.odometry import Odometry
@@ -37,6 +40,22 @@ FRAMES = 120
 OFFSETS = {'lever': np.array([-0.025, 0.002, 0.003, *np.radians([0.5, -0.7, 0.4])]),
            'turned': np.array([0.009, -0.012, 0.0, *np.radians([1.4, 1.2, -0.8])])}
 DELAYS = {'late': 0.015}
+KINDS = 'good', 'raw', *OFFSETS, *DELAYS
+DEPTH_CAMERA = Camera(640, 480, 585.0, 585.0, 319.5, 239.5)
+T_COLOUR_DEPTH = se3.exp(np.array([-0.026, 0.001, -0.001, *np.radians([0.2, -0.3, 0.1])]))
+
+
+class Beside:
+    """The path of a camera beside that of another one."""
+
+    def __init__(self, source: SyntheticSource, start: int) -> None:
+        self._source, self._start = source, start
+
+    def pose(self, time: float) -> np.ndarray:
+        """Return ``T_world_camera`` at a time [s]."""
+        pose: np.ndarray = self._source.pose(
+            self._start + round(NANOSECONDS * time)) @ T_COLOUR_DEPTH
+        return pose
 
 
 class Misaligned:
@@ -48,6 +67,9 @@ class Misaligned:
         self.name, self.ground_truth = f'{kind}:{seed}', self._rendered.ground_truth
         self._offset = OFFSETS.get(kind)
         self._camera = options.camera
+        self._depth = SyntheticSource(
+            dataclasses.replace(options, camera=DEPTH_CAMERA), self._rendered.scene,
+            Beside(self._rendered, options.start)) if kind == 'raw' else None
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -61,6 +83,9 @@ class Misaligned:
     def _all(self) -> list[RgbdFrame]:
         frames = [dataclasses.replace(frame, depth_stamp=None)
                   for frame in self._rendered.frames()]
+        if self._depth is not None:
+            return [dataclasses.replace(frame, depth=of_depth.depth, camera=DEPTH_CAMERA)
+                    for frame, of_depth in zip(frames, self._depth.frames())]
         if self._offset is None:
             return frames
         wrong = DepthToColour(self._camera, self._camera, se3.exp(-self._offset))
@@ -71,7 +96,7 @@ class Misaligned:
 def opened(name: str) -> RgbdSource:
     """Return a recording, or a rendered room."""
     kind, _, seed = name.partition(':')
-    if kind in ('good', *OFFSETS, *DELAYS):
+    if kind in KINDS:
         return Misaligned(kind, int(seed))
     return open_source(name)
 

@@ -7,11 +7,11 @@ Whether the weights that are measured are as good as the best fixed ones, whatev
     python benchmarks/weights.py [--frames N] CAMERA...
 
 A CAMERA is a recording with ground truth, or a rendered room by one of four kinds of cameras:
-``kinect:SEED``, ``stereo:SEED``, ``time-of-flight:SEED``, and ``turned:SEED``, a Kinect whose
-depth is registered 15 mm and 2 degrees wrong. Pairs of frames are registered as ``aick evaluate``
-does, with the defaults, which learn the noise of keypoints and of depth as they go, and with that
-learning switched off and ``refinement.track_sigma`` fixed: the smaller it is, the more keypoints
-weigh.
+``kinect:SEED``, ``stereo:SEED``, ``time-of-flight:SEED``, and a Kinect with one of the defects of
+``misalignment.py``, as ``turned:SEED``, whose depth is registered 15 mm and 2 degrees wrong. Pairs
+of frames are registered as ``aick evaluate`` does, with the defaults, which learn the noise of
+keypoints and of depth as they go, and with that learning switched off and
+``refinement.track_sigma`` fixed: the smaller it is, the more keypoints weigh.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from unittest import mock
 
 import numpy as np
 from camera_table import print_camera_table
-from misalignment import Misaligned
+from misalignment import KINDS, Misaligned
 
 from aick_ros.evaluation.scores.pair_evaluation import PairEvaluation
 from aick_ros.frames.rgbd import RgbdFrame
@@ -49,7 +49,7 @@ TIME_OF_FLIGHT_SIGMA = 0.006  # m, at all depths
 
 def rendered(kind: str, seed: int, count: int) -> tuple[list[RgbdFrame], Trajectory]:
     """Return the first frames of a rendered room, with the ground truth."""
-    if kind == 'turned':
+    if kind in KINDS:
         wrong = Misaligned(kind, seed)
         return list(itertools.islice(wrong.frames(), count)), wrong.ground_truth
     source = SyntheticSource(SyntheticOptions(seed=seed, frames=count, rate=RATE,
@@ -65,7 +65,7 @@ def rendered(kind: str, seed: int, count: int) -> tuple[list[RgbdFrame], Traject
 def frames_of(camera: str, count: int) -> tuple[list[RgbdFrame], Trajectory]:
     """Return the first frames of a camera, with the ground truth."""
     kind, _, seed = camera.partition(':')
-    if kind in SENSORS or kind == 'turned':
+    if kind in SENSORS or kind in KINDS:
         return rendered(kind, int(seed), count)
     source = open_source(camera)
     if source.ground_truth is None:

@@ -164,12 +164,12 @@ def test_indices_out_of_range_are_refused(index):
         with pytest.raises(ValueError, match='not that of a point or of a cell'):
             kernels.keypoint_equations(
                 np.ones((2, 3)), *indices_and_cells, normals, np.ones((2, 2, 6)), np.ones((2, 2)),
-                np.ones((2, 2)), 1.0, pose, twists, CAMERA, CAMERA, 0.1, np.zeros((14, 14)),
-                np.zeros(14))
+                np.ones((2, 2)), 1.0, pose, twists, CAMERA, CAMERA, 0.1, np.zeros((16, 16)),
+                np.zeros(16))
     with pytest.raises(ValueError, match='not one of the source'):
         kernels.point_to_plane(
             np.ones((2, 3), np.float32), indices, normals, np.ones(2, np.float32),
-            np.zeros((2, 6)), 1.0, pose, 1.0, np.zeros((2, 6)), 1.0,
+            np.zeros((2, 6)), 1.0, pose, 1.0, np.zeros((2, 6)), 1.0, 1.0,
             *2 * [np.ones((4, 3), np.float32)], np.ones(4, bool), np.ones(4, np.float32), 2, 2,
             np.ones(4), 1.0, 0.0, 1.0, 0.5, 1.0, 1.0, 9.0, 0.2, 0.1, np.zeros(2), np.zeros((2, 6)),
             np.zeros(2), *np.zeros((2, 2, 3)), np.zeros(2, np.int64), np.zeros((2, 6, 6)))
@@ -189,9 +189,9 @@ def test_edges_are_not_sought_without_end(reach):
                               0.1, 0.5, np.zeros(1))
 
 
-@pytest.mark.parametrize('size', [0, 13, 14 + 2 ** 10 + 1])
+@pytest.mark.parametrize('size', [0, 15, 16 + 2 ** 10 + 1])
 def test_equations_have_unknowns_that_each_residual_has_and_not_too_many_others(size):
-    message = f'{size} are not the unknowns of equations of 14 and nodes'
+    message = f'{size} are not the unknowns of equations of 16 and nodes'
     with pytest.raises(ValueError, match=message):
         kernels.keypoint_equations(
             np.ones((2, 3)), np.zeros(2, int), np.zeros(2, int), np.ones((2, 3), np.float32),
@@ -207,7 +207,7 @@ def test_equations_have_a_grid_of_nodes_and_some_residuals(every, rows, columns,
         kernels.depth_equations(
             *2 * [np.ones((2, 3))], np.ones((2, 6)), np.ones(2), np.ones(2), every, np.eye(4),
             np.ones((2, 6)), CAMERA, CAMERA, rows, columns, np.ones(4), np.ones(4),
-            np.zeros((18, 18)), np.zeros((2, 18)))
+            np.zeros((20, 20)), np.zeros((2, 20)))
 
 
 def test_nodes_are_counted_in_64_bits():

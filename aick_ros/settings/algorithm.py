@@ -71,6 +71,12 @@ class MisalignmentSettings(Checked):
     readout: float = parameter(
         0.0, 'Time that a rolling shutter takes from the first row to the last.', unit='s',
         minimum=-0.1, maximum=0.1)
+    colour_focal: float = parameter(
+        0.0, 'Error of the focal length of the colour image: the true one is longer by this '
+        'share.', minimum=-0.3, maximum=0.3)
+    depth_focal: float = parameter(
+        0.0, 'The same of the depth image, where it was not registered.', minimum=-0.3,
+        maximum=0.3)
 
 
 @dataclass(frozen=True)

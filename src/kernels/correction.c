@@ -24,14 +24,18 @@ typedef struct {
   CameraModel camera;
   const double *T_depth_colour, *T_target_source;  // poses, 4x4
   Displacement source, target;                     // by their rows
+  double colour_focal, depth_focal;  // focal lengths of the images by that of the camera
 } Correction;
 
 // Move some points of the source along their rays to where the depth image has a surface.
 INLINE void put_on_surface(const Correction *by, int count, double (*points)[3]) {
   for (int step = 0; step < DEPTH_STEPS; ++step) {
     double seen[BATCH][3], pixels[BATCH][2];
-    for (int n = 0; n < count; ++n)
+    for (int n = 0; n < count; ++n) {
       transform(by->T_depth_colour, points[n], seen[n]);
+      seen[n][0] *= by->depth_focal;
+      seen[n][1] *= by->depth_focal;
+    }
     for (int n = 0; n < count; n += FOUR)
       project(seen[n], count - n, &by->camera, pixels[n]);
     for (int n = 0; n < count; ++n)
@@ -43,6 +47,15 @@ INLINE void put_on_surface(const Correction *by, int count, double (*points)[3])
         points[n][i] *= scale;
     }
   }
+}
+
+// Turn the rays of some points, and some rays, to where the colour camera sees them.
+INLINE void put_on_rays(const Correction *by, int count, double (*points)[3], double (*rays)[2]) {
+  for (int n = 0; n < count; ++n)
+    for (int i = 0; i < 2; ++i) {
+      points[n][i] /= by->colour_focal;
+      rays[n][i] /= by->colour_focal;
+    }
 }
 
 // Move some points of the source by their rows.
@@ -88,6 +101,7 @@ static void correct(const Correction *by, Py_ssize_t count, double (*points)[3],
   for (Py_ssize_t first = 0; first < count; first += BATCH) {
     const int many = count - first < BATCH ? (int)(count - first) : BATCH;
     double(*some)[3] = points + first;
+    put_on_rays(by, many, some, rays + first);
     put_on_surface(by, many, some);
     if (!are_points_still)
       move_points(&by->source, many, some);
@@ -99,10 +113,11 @@ static void correct(const Correction *by, Py_ssize_t count, double (*points)[3],
 PyObject *kernel_corrected_tracks(PyObject *module, PyObject *arguments) {
   PyObject *objects[9];
   Correction by;
-  if (!PyArg_ParseTuple(arguments, "OdddOOdOdOOOOO", &objects[0], &by.range.jump,
+  if (!PyArg_ParseTuple(arguments, "OdddOOdOdddOOOOO", &objects[0], &by.range.jump,
                         &by.range.nearest, &by.range.farthest, &objects[1], &objects[2],
-                        &by.source.height, &objects[3], &by.target.height, &objects[4],
-                        &objects[5], &objects[6], &objects[7], &objects[8]))
+                        &by.source.height, &objects[3], &by.target.height,
+                        &by.colour_focal, &by.depth_focal, &objects[4], &objects[5], &objects[6],
+                        &objects[7], &objects[8]))
     return NULL;
   const Py_ssize_t count = row_count(objects[5]);
   const Argument needed[] = {

@@ -27,6 +27,13 @@ static inline void find_rows(Column *points, double height, Column rows) {
     rows[n] = rows[n] > 1.0 ? 1.0 : rows[n];
 }
 
+// Move the images of points away from the optical axis, by a factor.
+static inline void widen(Column *points, double factor) {
+  for (int i = 0; i < 2; ++i)
+    for (int n = 0; n < BATCH; ++n)
+      points[i][n] *= factor;
+}
+
 // Displace points, to second order.
 static inline void displace(const Displacement *by, Column *points, Column *moved) {
   double constant[6], by_row[6];

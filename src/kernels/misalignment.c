@@ -15,7 +15,7 @@
 
 enum {
   POSE = 6,
-  UNKNOWNS = 14,  // of each residual: pose 6, offset 6, delay, readout
+  UNKNOWNS = 16,  // of each residual: pose 6, offset 6, delay, readout, two focal lengths
   AROUND = 4,     // nodes of the distortion around a point
   MOST_NODES = 1 << 10,
 };
@@ -90,6 +90,12 @@ static double row_of(const double *point, double height) {
   return row > -1.0 ? (row < 1.0 ? row : 1.0) : -1.0;
 }
 
+// How far a point moves along a direction where the focal length of its image is longer, by a
+// unit of their ratio.
+static double by_focal_length(const double *direction, const double *point) {
+  return -direction[0] * point[0] - direction[1] * point[1];
+}
+
 // A pair of frames and how their cameras move.
 typedef struct {
   const double *pose;       // T_target_source, 4x4
@@ -144,6 +150,8 @@ static void keypoint_row(const Motion *motion, const double *jacobian, const dou
   }
   row[12] = along_twist(row + POSE, motion->twists[0]);
   row[13] = by_readout(motion, 0, in_source, point) - by_readout(motion, 1, jacobian, moved);
+  row[15] = along_ray * by_focal_length(normal, point);
+  row[14] = by_focal_length(in_source, point) - by_focal_length(jacobian, moved) - row[15];
 }
 
 // Return whether there are so many unknowns; false, with a ValueError, otherwise.
@@ -368,6 +376,8 @@ static inline void depth_row(const DepthResiduals *of, Py_ssize_t n, const Motio
       along_twist(of_source, motion->twists[0]) - along_twist(of_target, motion->twists[1]);
   derivatives[13] =
       by_readout(motion, 0, in_source, point) - by_readout(motion, 1, in_target, moved);
+  derivatives[14] = 0.0;
+  derivatives[15] = by_focal_length(in_source, point) - by_focal_length(in_target, moved);
   // an error of the inverse depth moves a point p by -z p
   row->applied = 0.0;
   row->count = 0;

@@ -87,6 +87,7 @@ typedef struct {
   Py_ssize_t all, count;     // of the points, and of those chosen
   Displacement moves;        // of the source
   Displacement back;         // the one that undoes that of the target
+  double focal;              // focal length of both depth images by that of the camera
 } Sought;
 
 typedef struct {
@@ -136,6 +137,7 @@ static inline void move(const Sought *source, const double *pose, const int64_t 
     }
     to->roughness[n] = source->roughness[cell];
   }
+  widen(seen, 1.0 / source->focal);
   displace(&source->moves, seen, moved);
   for (int i = 0; i < 3; ++i)
     for (int n = 0; n < BATCH; ++n)
@@ -148,6 +150,7 @@ static inline void move(const Sought *source, const double *pose, const int64_t 
       moved[i][n] = to->arms[i][n] + shift;
   }
   displace(&source->back, moved, to->points);
+  widen(to->points, source->focal);
 }
 
 // The cell that is read for a candidate: any, where it has none.
@@ -331,11 +334,12 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
   Pairing pairing = {0};
   Sought source = {0};
   Robustness robustness;
-  if (!PyArg_ParseTuple(arguments, "OOOOOdOdOdOOOOnnOdddddddddOOOOOOO", &objects[0],
+  if (!PyArg_ParseTuple(arguments, "OOOOOdOdOddOOOOnnOdddddddddOOOOOOO", &objects[0],
                         &objects[1], &objects[2], &objects[3], &objects[4], &source.moves.height,
-                        &objects[5], &rate, &objects[6], &source.back.height, &objects[7],
-                        &objects[8], &objects[9], &objects[10], &cells.width, &cells.height,
-                        &objects[11], &pairing.sigma, &pairing.exponent, &pairing.reach,
+                        &objects[5], &rate, &objects[6], &source.back.height, &source.focal,
+                        &objects[7], &objects[8], &objects[9], &objects[10], &cells.width,
+                        &cells.height, &objects[11], &pairing.sigma, &pairing.exponent,
+                        &pairing.reach,
                         &pairing.smallest_cosine, &robustness.width, &robustness.typical,
                         &robustness.most, &share, &ridge, &objects[12], &objects[13], &objects[14],
                         &objects[15], &objects[16], &objects[17], &objects[18]) ||

@@ -19,6 +19,7 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.odometry.attempts import Attempt
 from aick_ros.registration.preparation import Preparer
+from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -179,8 +180,14 @@ class Steps:
 
 
 @pytest.fixture
-def parts(monkeypatch):
-    """Return the parts of the odometries that a test makes."""
+def without_offset(monkeypatch):
+    """Let images be known to be registered, so that motions have no error of that."""
+    monkeypatch.setattr(MisalignmentEstimate, 'offset_covariance', np.zeros((6, 6)))
+
+
+@pytest.fixture
+def parts(monkeypatch, without_offset):
+    """Return the parts of the odometries that a test makes, of images known to be registered."""
     parts = Parts()
     for name in ('Registrar', 'Gyroscope', 'Gravity', 'OtherOdometry', 'Plane', 'PositionFilter',
                  'MotionModel', 'ExpectedMotion', 'Attempts', 'KeyframeChoice', 'KeyframeMemory'):

@@ -114,8 +114,9 @@ def test_images_that_stay_the_same_are_a_simulated_camera_at_rest(rendered):
     assert is_at(last, lambda stamp: pose(min(stamp, frames[3].stamp)), frames[0].stamp)
     np.testing.assert_allclose(last.pose.covariance, rest.pose.covariance,
                                atol=1e-3 * np.trace(rest.pose.covariance))
+    # of a camera of which nothing is known yet motions are less certain than rest
     sensor = np.diag(updates[3].increment.pose.covariance)
-    assert (np.diag(last.increment.pose.covariance) > 0.01 * sensor).all()
+    assert (np.diag(last.increment.pose.covariance) > 0.005 * sensor).all()
     assert {id(u.reference) for u in updates[first:]} == {id(updates[3].reference)}
 
 

@@ -30,9 +30,9 @@ MISALIGNED = with_values(Settings(), {'misalignment.delay': 0.02, 'misalignment.
 UNREFINED = with_values(Settings(), {'refinement.mode': 'none'})
 DELAY_SIGMA, LEARNED_DELAY = 0.004, 0.013
 LEARNED_DISTORTION = DepthDistortion(np.full((ROWS, COLUMNS), 0.001))
-EQUATIONS = Equations(np.eye(38), np.zeros(38))
-SAMPLE = MisalignmentSample(np.eye(8), np.zeros(8), EQUATIONS)
-ALONE = MisalignmentSample(np.eye(8), np.zeros(8))
+EQUATIONS = Equations(np.eye(40), np.zeros(40))
+SAMPLE = MisalignmentSample(np.eye(10), np.zeros(10), EQUATIONS)
+ALONE = MisalignmentSample(np.eye(10), np.zeros(10))
 
 
 class Clock:

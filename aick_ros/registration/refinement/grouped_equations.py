@@ -19,9 +19,9 @@ from aick_ros.geometry import definite
 # Chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
 _GROUPS = 8
 _JACKKNIFE = (_GROUPS - 1) / _GROUPS  # by definition: variance by the squares that it sums up
-_RUN = 5  # successive registrations of one group: their errors are alike
+RUN = 5  # successive registrations of one group: their errors are alike
 
-MEMORY = _GROUPS * _RUN
+MEMORY = _GROUPS * RUN
 """Registrations after which the first group is added to again."""
 
 
@@ -44,11 +44,11 @@ class GroupedEquations:
     @property
     def is_between_runs(self) -> bool:
         """Completeness of the last run of registrations."""
-        return self.count % _RUN == 0
+        return self.count % RUN == 0
 
     def add(self, information: np.ndarray, gradient: np.ndarray) -> None:
         """Add the equations of one registration."""
-        group = self.count // _RUN % _GROUPS
+        group = self.count // RUN % _GROUPS
         if self.is_between_runs:
             self._information[group] *= self._kept
             self._gradient[group] *= self._kept

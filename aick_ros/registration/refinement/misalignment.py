@@ -5,7 +5,8 @@
 Misalignment of the two images of a camera, in space and in time, and its correction.
 
 The depth camera may sit elsewhere than its registration to the colour image assumes, and its image
-may be taken earlier or later than the colour image. A rolling shutter takes the rows of an image
+may be taken earlier or later than the colour image. Where images were not registered, one of them
+has another focal length than its calibration says. A rolling shutter takes the rows of an image
 one after the other. While the camera moves, the last two displace what it sees: a point p in the
 frame of a camera with the body twist (v, w) moves by v + w x p for each unit of time that the
 image was taken after its stamp.
@@ -33,22 +34,26 @@ _SHARE_MEASURED = 0.75  # chosen on excerpts and rendered cameras: 0.5 lags, 1 h
 @dataclass(frozen=True, eq=False)
 class Misalignment:
     """
-    Misalignment of the depth image to the colour image, and the time that a shutter takes.
+    Misalignment of the depth image to the colour image, and errors of what both have in common.
 
     :param offset: 6, twist whose exponential is ``T_colour_depth``, of depth images that are
         taken for registered to colour [m, rad].
     :param delay: time from the colour image to the depth image that no stamp shows [s].
     :param readout: time from the first to the last row of either image [s].
+    :param colour_focal: relative error of the focal length of the colour image: the true one is
+        longer by this share than the camera's; ``depth_focal``: that of the depth image.
     """
 
     offset: np.ndarray
     delay: float
     readout: float
+    colour_focal: float = 0.0
+    depth_focal: float = 0.0
 
     @classmethod
     def of(cls, values: np.ndarray) -> Misalignment:
-        """Return that of eight numbers: offset, delay, readout."""
-        return cls(values[:6], float(values[6]), float(values[7]))
+        """Return that of ten numbers: offset, delay, readout, both focal lengths."""
+        return cls(values[:6], *map(float, values[6:]))
 
     @classmethod
     def by(cls, settings: MisalignmentSettings) -> Misalignment:
@@ -57,8 +62,9 @@ class Misalignment:
 
     @cached_property
     def values(self) -> np.ndarray:
-        """The eight numbers: offset, delay, readout."""
-        return np.array([*self.offset, self.delay, self.readout])
+        """The ten numbers: offset, delay, readout, both focal lengths."""
+        return np.array([*self.offset, self.delay, self.readout, self.colour_focal,
+                         self.depth_focal])
 
     @property
     def settings(self) -> MisalignmentSettings:
@@ -84,10 +90,15 @@ class Misalignment:
         if self.readout:
             sentences.append('a rolling shutter takes '
                              f'{1e3 * self.readout:.0f} ms from the first row to the last')
+        for name, error in (('colour', self.colour_focal), ('depth', self.depth_focal)):
+            if error:
+                order = 'longer' if error > 0.0 else 'shorter'
+                sentences.append(f'the focal length of {name} images is {100 * abs(error):.1f} % '
+                                 f'{order} than that of the camera')
         return '; '.join(sentences)
 
 
-NO_MISALIGNMENT = Misalignment.of(np.zeros(8))
+NO_MISALIGNMENT = Misalignment.of(np.zeros(10))
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,10 +117,17 @@ class Displacement:
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """Corrects what two frames see by the displacements of each."""
+    """
+    Corrects what two frames see by the displacements of each.
+
+    :param colour_focal: focal length of the colour images by that of the camera;
+        ``depth_focal``: that of the depth images.
+    """
 
     source: Displacement
     target: Displacement
+    colour_focal: float = 1.0
+    depth_focal: float = 1.0
 
     @classmethod
     def of(cls, misalignment: Misalignment, lags: tuple[float, float], twists: np.ndarray,
@@ -126,15 +144,16 @@ class Correction:
         moved[:, 1] = misalignment.readout * twists
         source, target = cameras
         return cls(Displacement(moved[0], image_height(source)),
-                   Displacement(moved[1], image_height(target)))
+                   Displacement(moved[1], image_height(target)),
+                   1.0 + misalignment.colour_focal, 1.0 + misalignment.depth_focal)
 
     def tracks(self, tracks: Tracks, source: PreparedFrame, sensor: SensorSettings,
                T_target_source: np.ndarray) -> Tracks:
         """
         Return tracks as a camera without misalignment would see them.
 
-        Points are moved along their rays to where the displaced depth image has a surface; points
-        and rays by their rows.
+        Points are moved along their rays, which are those of the colour image, to where the
+        displaced depth image has a surface; points and rays by their rows.
 
         :param T_target_source: 4x4; the depths in the target are taken from it, nothing else.
         """
@@ -142,7 +161,8 @@ class Correction:
         kernels.corrected_tracks(
             source.frame.depth, sensor.depth_jump, sensor.min_depth, sensor.max_depth,
             source.frame.camera.model, self.source.twists, self.source.height, self.target.twists,
-            self.target.height, T_target_source, tracks.points, tracks.rays, points, rays)
+            self.target.height, self.colour_focal, self.depth_focal, T_target_source,
+            tracks.points, tracks.rays, points, rays)
         return Tracks(tracks.keypoints, points, rays, tracks.depths, tracks.sigmas)
 
 

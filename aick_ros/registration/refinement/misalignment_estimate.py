@@ -20,30 +20,31 @@ import math
 import numpy as np
 
 from aick_ros.geometry import definite
-from aick_ros.registration.refinement.grouped_equations import MEMORY, GroupedEquations
+from aick_ros.registration.refinement.grouped_equations import MEMORY, RUN, GroupedEquations
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misalignment
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
 
-_SIZE = 8  # offset in m and rad, delay and readout in s
+_SIZE = 10  # offset in m and rad, delay and readout in s, relative errors of two focal lengths
 _ALL = np.arange(_SIZE, dtype=np.int64)
-_OFFSET, _TIMES = slice(0, 6), slice(6, 8)
-_PARTS: tuple[slice, ...] = _OFFSET, _TIMES
-"""Offset; delay and readout. Either is significant or not: on a rolling shutter a delay alone is
-worse than none."""
+_OFFSET, _TIMES, _FOCAL = slice(0, 6), slice(6, 8), slice(8, 10)
+_PARTS: tuple[slice, ...] = _OFFSET, _TIMES, _FOCAL
+"""Offset; delay and readout; focal lengths. Each is significant or not: on a rolling shutter a
+delay alone is worse than none."""
 
 # All chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
 _KEPT = 0.8  # weight of a group's earlier registrations, each time that it is added to
-_FEWEST = 30  # registrations before anything is estimated
-PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02])
+_FEWEST = 20  # registrations before anything is estimated
+PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02, 0.05, 0.05])
 _DESIGN_EFFECT = 10.0  # of the information: residuals have common errors
 PRIOR = np.diag(_DESIGN_EFFECT / PRIOR_SIGMAS ** 2)
-"""Information about the eight numbers before any registration, 8x8."""
+"""Information about the ten numbers before any registration, 10x10."""
 
 _OFFSET_PRIOR = np.diag(PRIOR_SIGMAS[_OFFSET] ** 2)
 
-_SIGNIFICANT = {6: 15.0, 2: 22.0}
+_SIGNIFICANT = {6: (45.0, 22.0, 15.0), 2: (50.0, 26.0, 22.0)}
 """Square of an estimate by its variance, both weighted by the information, from which on it is
-applied, by the number of unknowns. Derived: chance exceeds F(6, 7) and F(2, 7) so far in one of a
+applied, by the number of unknowns: after 20, after 25 and from 30 registrations on. Derived:
+chance exceeds F(6, 3), F(2, 3) and so on, up to F(6, 7) and F(2, 7), so far in one to five of a
 thousand. Cameras without misalignment show 1 to 8, others 40 to 1000."""
 
 _LARGE = {6: 90.0, 2: 55.0}
@@ -53,8 +54,8 @@ first registrations, thousands later."""
 
 _STILL_SIGNIFICANT = 0.5  # of both: below it an estimate is no longer applied
 
-_SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004])
-"""Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms."""
+_SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004, 0.01, 0.01])
+"""Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms, 1 %."""
 
 _DELAY = 6  # by definition: its place among the unknowns
 _DELAY_DESIGN_EFFECT = 25.0  # of the information about the delay, for its standard deviation
@@ -131,7 +132,7 @@ class MisalignmentEstimate:
             weakest = int(np.argmin(margins))
             parts = parts[:weakest] + parts[weakest + 1:]
         self._applied = parts
-        for unknowns in (slice(0, 6), slice(6, 7), slice(7, 8)):
+        for unknowns in (_OFFSET, slice(6, 7), slice(7, 8), slice(8, 9), slice(9, 10)):
             if (np.abs(values[unknowns]) < _SMALLEST[unknowns]).all():
                 values[unknowns] = 0.0
         self._misalignment = Misalignment.of(self._known.values + values)
@@ -182,9 +183,9 @@ class MisalignmentEstimate:
         own = np.isin(unknowns, _ALL[part])
         covariance = self._equations.covariance(unknowns)[np.ix_(own, own)]
         square = float(estimate[part] @ definite.solve(covariance, estimate[part]))
-        margin = min(
-            self._equations.significance(part, estimate, scatter) / _SIGNIFICANT[own.sum()],
-            square / _LARGE[own.sum()])
+        required = _SIGNIFICANT[own.sum()][min((self._equations.count - _FEWEST) // RUN, 2)]
+        margin = min(self._equations.significance(part, estimate, scatter) / required,
+                     square / _LARGE[own.sum()])
         return margin / _STILL_SIGNIFICANT if part in self._applied else margin
 
 

@@ -238,10 +238,11 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     found, is_observed = kernels.point_to_plane(
         source.points, chosen, source.normals, source.roughness,
         correction.source.twists, correction.source.height, T_target_source, rate,
-        correction.target.twists, correction.target.height, target.points, target.normals,
-        target.usable, target.roughness, target.grid.width, target.grid.height,
-        target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0,
-        reach, _SMALLEST_COSINE, width, MEDIAN_1, _LARGEST_SCALE ** 2, _SHARE_OBSERVED, _RIDGE,
+        correction.target.twists, correction.target.height, correction.depth_focal,
+        target.points, target.normals, target.usable, target.roughness, target.grid.width,
+        target.grid.height, target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma,
+        sensor.depth_exponent - 2.0, reach, _SMALLEST_COSINE, width, MEDIAN_1,
+        _LARGEST_SCALE ** 2, _SHARE_OBSERVED, _RIDGE,
         values, jacobian, weights, points, directions, blocks, sums)
     jacobian = jacobian[:found]
     if not is_observed:

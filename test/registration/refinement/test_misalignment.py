@@ -172,13 +172,17 @@ def test_both_ends_of_a_track_are_corrected_by_the_rows_of_their_own_frame(count
 
 
 @pytest.mark.parametrize('values, sentence', [
-    ((0,) * 8, ''),
-    ((0.0123, -0.004, 0, np.radians(0.5), 0, np.radians(-1.25), 0, 0),
+    ((0,) * 10, ''),
+    ((0.0123, -0.004, 0, np.radians(0.5), 0, np.radians(-1.25), 0, 0, 0, 0),
      'depth is registered to colour with an error: T_colour_depth is rotated by '
      '(0.50, 0.00, -1.25) deg and moved by (12, -4, 0) mm'),
-    ((0,) * 6 + (0.0124, 0), 'depth images are taken 12 ms later than their stamps say'),
-    ((0,) * 6 + (-0.0124, 0.02), 'depth images are taken 12 ms earlier than their stamps say; '
-     'a rolling shutter takes 20 ms from the first row to the last')])
+    ((0,) * 6 + (0.0124, 0, 0, 0), 'depth images are taken 12 ms later than their stamps say'),
+    ((0,) * 6 + (-0.0124, 0.02, 0, 0), 'depth images are taken 12 ms earlier than their stamps '
+     'say; a rolling shutter takes 20 ms from the first row to the last'),
+    ((0,) * 8 + (-0.1026, 0), 'the focal length of colour images is 10.3 % shorter than that of '
+     'the camera'),
+    ((0,) * 8 + (0, 0.114), 'the focal length of depth images is 11.4 % longer than that of the '
+     'camera')])
 def test_it_is_described_with_its_numbers(values, sentence):
     misalignment = Misalignment.of(np.array(values, float))
     assert misalignment.description == sentence
@@ -186,12 +190,13 @@ def test_it_is_described_with_its_numbers(values, sentence):
 
 
 def test_settings_have_its_numbers_within_their_ranges():
-    values = np.array([*OFFSET, 0.03, -0.02])
+    values = np.array([*OFFSET, 0.03, -0.02, -0.1, 0.05])
     settings = Misalignment.of(values).settings
-    assert settings == MisalignmentSettings(0.02, -0.01, 0.015, 0.02, -0.03, 0.01, 0.03, -0.02)
+    assert settings == MisalignmentSettings(0.02, -0.01, 0.015, 0.02, -0.03, 0.01, 0.03, -0.02,
+                                            -0.1, 0.05)
     np.testing.assert_array_equal(Misalignment.by(settings).values, values)
-    assert Misalignment.of(np.full(8, -9.0)).settings == MisalignmentSettings(
-        *[-0.2] * 3, *[-0.3] * 3, -0.1, -0.1)
+    assert Misalignment.of(np.full(10, -9.0)).settings == MisalignmentSettings(
+        *[-0.2] * 3, *[-0.3] * 3, -0.1, -0.1, -0.3, -0.3)
 
 
 @pytest.mark.parametrize('pose, twist, elapsed, is_one', [

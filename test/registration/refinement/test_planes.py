@@ -13,7 +13,7 @@ WIDTH, HEIGHT, COUNT = 24, 18, 400
 INTRINSICS = np.array([20.0, 21.0, 11.4, 8.7])
 POSE = se3.exp(np.array([0.1, -0.05, 0.06, 0.03, -0.06, 0.08]))
 SIGMA, REACH, SMALLEST_COSINE = 0.002, 0.05, 0.8
-IMAGE_HEIGHT = 0.8
+IMAGE_HEIGHT, FOCAL = 0.8, 1.04  # focal: length of the depth images by that of the camera
 ROBUST_WIDTH = 1.7
 
 
@@ -40,8 +40,10 @@ def displaced(point, twists):
 def pair_of(cell, source, target, usable, twists, exponent):
     """Return distance, Jacobian by both normals, and point, of the pair of a cell; or None."""
     (points, normals, roughness), (planes, plane_normals, plane_roughness) = source, target
-    arm = POSE[:3, :3] @ displaced(points[cell].astype(float), twists[0]).astype(np.float32)
-    point = displaced(arm + POSE[:3, 3], twists[1])
+    wider = np.array([FOCAL, FOCAL, 1.0])
+    seen = displaced(points[cell].astype(float) / wider, twists[0])
+    arm = POSE[:3, :3] @ seen.astype(np.float32)
+    point = displaced(arm + POSE[:3, 3], twists[1]) * wider
     pixel = np.round(point[:2] / point[2] * INTRINSICS[:2] + INTRINSICS[2:])
     if not (point[2] > 0 and (pixel >= 0).all() and (pixel < (WIDTH, HEIGHT)).all()):
         return None
@@ -70,8 +72,8 @@ def test_pairs_are_those_of_one_after_the_other(count, exponent):
     sums = np.zeros((2, 6, 6))
     number, is_observed = kernels.point_to_plane(
         source[0], chosen, source[1], source[2], twists[0], IMAGE_HEIGHT, POSE, 1.0, -twists[1],
-        IMAGE_HEIGHT, target[0], target[1], usable, target[2], WIDTH, HEIGHT, INTRINSICS, SIGMA,
-        exponent, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 0.5, 4.0, 0.1, 1e-3, *found, sums)
+        IMAGE_HEIGHT, FOCAL, target[0], target[1], usable, target[2], WIDTH, HEIGHT, INTRINSICS,
+        SIGMA, exponent, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 0.5, 4.0, 0.1, 1e-3, *found, sums)
     rest = 0.1 * (sums[0] + 1e-3 * np.eye(6)) - sums[1]
     assert is_observed == (np.linalg.eigvalsh(rest)[0] > 0)
     assert number == len(pairs) and (count < COUNT or number > 50)
@@ -90,7 +92,7 @@ def test_no_cells_are_no_pairs():
     source, none = surface(np.random.default_rng(0)), np.empty((0, 3), np.float32)
     assert kernels.point_to_plane(
         source[0], np.arange(1, 5), source[1], source[2], np.zeros((2, 6)), 1.0, POSE, 1.0,
-        np.zeros((2, 6)), 1.0, none, none, np.empty(0, bool), none[:, 0].copy(), 0, 0, INTRINSICS,
-        SIGMA, 0.0, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 1.0, 4.0, 0.1, 1e-3, np.empty(4),
-        np.empty((4, 6)), np.empty(4), *np.empty((2, 4, 3)), np.empty(4, int),
+        np.zeros((2, 6)), 1.0, 1.0, none, none, np.empty(0, bool), none[:, 0].copy(), 0, 0,
+        INTRINSICS, SIGMA, 0.0, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 1.0, 4.0, 0.1, 1e-3,
+        np.empty(4), np.empty((4, 6)), np.empty(4), *np.empty((2, 4, 3)), np.empty(4, int),
         np.zeros((2, 6, 6))) == (0, True)
