@@ -47,10 +47,10 @@ applied, by the number of unknowns: after 20, after 25 and from 30 registrations
 chance exceeds F(6, 3), F(2, 3) and so on, up to F(6, 7) and F(2, 7), so far in one to five of a
 thousand. Cameras without misalignment show 1 to 8, others 40 to 1000."""
 
-_LARGE = {6: 90.0, 2: 55.0}
-"""Square of an estimate by its covariance, if no residuals were correlated, from which on it is
-applied too. Offsets estimated of cameras without any show 0 to 45, others 80 to 900 after the
-first registrations, thousands later."""
+_LARGE = {6: 22.5, 2: 13.8}
+"""Square of an estimate by its covariance, from which on it is applied too. Derived: chance exceeds
+chi-square with as many degrees of freedom so far in one of a thousand. Offsets estimated of
+cameras without any show 0 to 15, others hundreds."""
 
 _STILL_SIGNIFICANT = 0.5  # of both: below it an estimate is no longer applied
 
@@ -185,7 +185,7 @@ class MisalignmentEstimate:
         square = float(estimate[part] @ definite.solve(covariance, estimate[part]))
         required = _SIGNIFICANT[own.sum()][min((self._equations.count - _FEWEST) // RUN, 2)]
         margin = min(self._equations.significance(part, estimate, scatter) / required,
-                     square / _LARGE[own.sum()])
+                     square / _DESIGN_EFFECT / _LARGE[own.sum()])
         return margin / _STILL_SIGNIFICANT if part in self._applied else margin
 
 
