@@ -237,9 +237,17 @@ def _attempt(function: Callable[[Argument], Value], topic: str, seconds: float,
 def failure_of(error: BaseException) -> Failure:
     """Return the failure of a task that raised an exception."""
     if isinstance(error, TransferError):
-        return Failure(Cause.TRANSFER, str(error)[:_LONGEST])
+        return Failure(Cause.TRANSFER, _shortened(str(error)))
     if isinstance(error, InputError):
-        return Failure(Cause.INPUT, str(error)[:_LONGEST])
+        return Failure(Cause.INPUT, _shortened(str(error)))
     if is_of_memory(error):
         return Failure(Cause.MEMORY, 'used more memory than there is, or is allowed (ulimit -v)')
-    return Failure(Cause.DEFECT, f'{type(error).__name__}: {error}'[:_LONGEST])
+    return Failure(Cause.DEFECT, _shortened(f'{type(error).__name__}: {error}'))
+
+
+def _shortened(reason: str) -> str:
+    """Return a reason that is not too long, without half a word at its end."""
+    if len(reason) <= _LONGEST:
+        return reason
+    beginning = reason[:_LONGEST - 4]
+    return f'{beginning.rpartition(" ")[0] or beginning} ...'

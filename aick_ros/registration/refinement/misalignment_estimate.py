@@ -48,7 +48,7 @@ chance exceeds F(6, 3), F(2, 3) and so on, up to F(6, 7) and F(2, 7), so far in 
 thousand. Cameras without misalignment show 1 to 8, others 40 to 1000."""
 
 _LARGE = {6: 22.5, 2: 13.8}
-"""Square of an estimate by its covariance, from which on it is applied too. Derived: chance exceeds
+"""Square of an estimate by its covariance from which on it is applied too. Derived: chance exceeds
 chi-square with as many degrees of freedom so far in one of a thousand. Offsets estimated of
 cameras without any show 0 to 15, others hundreds."""
 

@@ -41,6 +41,13 @@ def test_a_limit_to_the_memory_is_no_defect(error, cause):
     assert failure_of(error).cause is cause
 
 
+@pytest.mark.parametrize('reason, shown', [
+    ('too dark', 'too dark'), ('r' * 300, 'r' * 300), ('s' * 400, 's' * 296 + ' ...'),
+    ('twelve chars ' * 40, ('twelve chars ' * 40)[:292] + ' ...')])
+def test_a_long_reason_ends_with_a_whole_word(reason, shown):
+    assert failure_of(InputError(reason)).reason == shown
+
+
 def test_each_task_has_one_outcome_whatever_the_others_do(client, deeds):
     outcomes = run(client, deeds, [1, 'damaged', 'defect', 'memory', 'exit', 'hang', 2, 3],
                    limits=Limits(seconds=2.0))
