@@ -125,11 +125,11 @@ class MisalignmentEstimate:
         while parts:
             estimate, scatter = by_all if parts == _PARTS else self._equations.solve(
                 _unknowns(parts), self._known.values)
-            margins = np.array([self._margin(part, parts, estimate, scatter) for part in parts])
-            if margins.min() >= 1.0:
+            margins = self._margins(parts, estimate, scatter)
+            if min(margins) >= 1.0:
                 values = estimate.copy()
                 break
-            weakest = int(np.argmin(margins))
+            weakest = margins.index(min(margins))
             parts = parts[:weakest] + parts[weakest + 1:]
         self._applied = parts
         for unknowns in (_OFFSET, slice(6, 7), slice(7, 8), slice(8, 9), slice(9, 10)):
@@ -172,21 +172,20 @@ class MisalignmentEstimate:
                        else 0.5 + 0.5 * math.tanh(0.25 * (square + contraction)))
         return probability * (covariance + np.outer(error, error))
 
-    def _margin(self, part: slice, parts: tuple[slice, ...], estimate: np.ndarray,
-                scatter: np.ndarray) -> float:
-        """
-        Return by how much a part exceeds what it takes to be applied.
-
-        :param parts: all that are estimated.
-        """
-        unknowns = _unknowns(parts)
-        own = np.isin(unknowns, _ALL[part])
-        covariance = self._equations.covariance(unknowns)[np.ix_(own, own)]
-        square = float(estimate[part] @ definite.solve(covariance, estimate[part]))
-        required = _SIGNIFICANT[own.sum()][min((self._equations.count - _FEWEST) // RUN, 2)]
-        margin = min(self._equations.significance(part, estimate, scatter) / required,
-                     square / _DESIGN_EFFECT / _LARGE[own.sum()])
-        return margin / _STILL_SIGNIFICANT if part in self._applied else margin
+    def _margins(self, parts: tuple[slice, ...], estimate: np.ndarray,
+                 scatter: np.ndarray) -> list[float]:
+        """Return by how much each part exceeds what is required to apply it, of all estimated."""
+        covariance, first, margins = self._equations.covariance(_unknowns(parts)), 0, []
+        latest = min((self._equations.count - _FEWEST) // RUN, 2)
+        for part in parts:
+            size = part.stop - part.start
+            own = covariance[first:first + size, first:first + size]
+            first += size
+            square = float(estimate[part] @ definite.solve(own, estimate[part])) / _DESIGN_EFFECT
+            significance = self._equations.significance(part, estimate, scatter)
+            margin = min(significance / _SIGNIFICANT[size][latest], square / _LARGE[size])
+            margins.append(margin / _STILL_SIGNIFICANT if part in self._applied else margin)
+        return margins
 
 
 def _unknowns(parts: tuple[slice, ...]) -> np.ndarray:
