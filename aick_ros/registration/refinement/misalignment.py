@@ -78,8 +78,8 @@ class Misalignment:
         """The misalignment in words, with the numbers; '' where there is none."""
         sentences = []
         if self.offset.any():
-            x, y, z = 1e3 * self.offset[:3]
-            a, b, c = np.degrees(self.offset[3:])
+            x, y, z = np.rint(1e3 * self.offset[:3]) + 0.0  # no -0
+            a, b, c = np.round(np.degrees(self.offset[3:]), 2) + 0.0
             sentences.append(
                 f'depth is registered to colour with an error: T_colour_depth is rotated by '
                 f'({a:.2f}, {b:.2f}, {c:.2f}) deg and moved by ({x:.0f}, {y:.0f}, {z:.0f}) mm')

@@ -173,7 +173,7 @@ def test_both_ends_of_a_track_are_corrected_by_the_rows_of_their_own_frame(count
 
 @pytest.mark.parametrize('values, sentence', [
     ((0,) * 10, ''),
-    ((0.0123, -0.004, 0, np.radians(0.5), 0, np.radians(-1.25), 0, 0, 0, 0),
+    ((0.0123, -0.004, -0.0002, np.radians(0.5), 0, np.radians(-1.25), 0, 0, 0, 0),
      'depth is registered to colour with an error: T_colour_depth is rotated by '
      '(0.50, 0.00, -1.25) deg and moved by (12, -4, 0) mm'),
     ((0,) * 6 + (0.0124, 0, 0, 0), 'depth images are taken 12 ms later than their stamps say'),
