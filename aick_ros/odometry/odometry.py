@@ -410,8 +410,10 @@ class Odometry:
         last = references.last
         motion, shown = last.motion_to(attempt.seen)
         motion = self._increment_bias.add_to(motion, shown, last.prepared.scene_depth)
-        offset = errors_of_offset(motion.matrix, self._learned.misalignment.offset_covariance,
-                                  np.eye(6) if shown is None else shown.gain)
+        # by depth alone a motion follows depth wholly, by keypoints alone not at all
+        gain = attempt.seen.is_by_depth * np.eye(6) if shown is None else shown.gain
+        offset = errors_of_offset(
+            motion.matrix, self._learned.misalignment.offset_covariance, gain)
         increment = Increment(motion, seconds(last.stamp, prepared.stamp))
         change = np.zeros(6) if self._twist is None else increment.twist - self._twist
         timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)

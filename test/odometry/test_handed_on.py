@@ -275,21 +275,24 @@ def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_t
         + 0.016 ** 2 / 3 * np.diag(changes.repeat(3)), atol=1e-12)
 
 
-@pytest.mark.parametrize('gain', [None, np.diag([0.9, 0.8, 0.7, 0.3, 0.2, 0.1])])
+@pytest.mark.parametrize('evidence, shown, gain', [
+    (Evidence.KEYPOINTS, np.diag([0.9, 0.8, 0.7, 0.3, 0.2, 0.1]), None),
+    (Evidence.KEYPOINTS, None, np.zeros((6, 6))), (DARK, None, np.eye(6))])
 def test_an_increment_has_the_error_of_depth_that_may_not_be_registered(
-        parts, tracked, attempt_to, monkeypatch, gain):
-    """By as much as it follows depth; by all of it, where that is not known."""
+        parts, tracked, attempt_to, monkeypatch, evidence, shown, gain):
+    """By as much as it follows depth: wholly in the dark, and not by keypoints alone."""
     offset = np.diag([4e-4, 1e-4, 2e-4, 1e-3, 2e-3, 1e-3])
     monkeypatch.setattr(MisalignmentEstimate, 'offset_covariance', offset)
-    shown = gain is not None and SensorBias(np.zeros(6), 1e-8 * np.eye(6), gain)
+    bias = None if shown is None else SensorBias(np.zeros(6), 1e-8 * np.eye(6), shown)
     motion = PoseWithCovariance(se3.exp([0.1, 0.0, -0.1, 0.2, 0.1, -0.1]), 1e-8 * np.eye(6))
-    monkeypatch.setattr(Reference, 'motion_to', lambda last, seen: (motion, shown or None))
+    monkeypatch.setattr(Reference, 'motion_to', lambda last, seen: (motion, bias))
     monkeypatch.setattr(IncrementBias, 'add_to', lambda bias, motion, shown, depth: motion)
-    tracked(attempt_to(), attempt_to())
-    seen = parts.asked('ExpectedMotion', 'joined_increment')[-1][0]
+    _, update = tracked(attempt_to(), attempt_to(evidence=evidence))
+    seen = (update.increment if evidence is DARK
+            else parts.asked('ExpectedMotion', 'joined_increment')[-1][0])
     np.testing.assert_allclose(
         seen.pose.covariance - motion.covariance,
-        errors_of_offset(motion.matrix, offset, np.eye(6) if gain is None else gain), atol=1e-15)
+        errors_of_offset(motion.matrix, offset, shown if gain is None else gain), atol=1e-15)
 
 
 def test_registered_to_another_frame_the_increment_is_that_registration(
