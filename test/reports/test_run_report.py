@@ -117,7 +117,7 @@ def test_a_run_may_be_short(summary, records, ground_truth, count):
     assert page.pictures == 4
     assert f'{count} frames, {(count - 1) / 30:.1f} s' in page
     assert '100 % frames tracked' in page
-    assert '0.0 cm ATE' in page
+    assert ('0.0 cm ATE' in page) == (count == 2)  # one pose is aligned to any other
 
 
 def test_times_of_the_stages_are_those_of_the_records(summary, records):

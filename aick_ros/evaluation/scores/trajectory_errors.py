@@ -82,12 +82,11 @@ def compare(estimate: Trajectory, ground_truth: Trajectory) -> TrajectoryErrors 
     """
     Return the errors of an estimate.
 
-    :returns: None where the ground truth covers fewer than two stamps of the estimate: one pose is
-        aligned to any other.
+    :returns: None where the ground truth covers no stamp of the estimate.
     """
     true_poses = [true_pose(ground_truth, int(stamp)) for stamp in estimate.stamps]
     covered = [i for i, pose in enumerate(true_poses) if pose is not None]
-    if len(covered) < 2:
+    if not covered:
         return None
     stamps, poses = estimate.stamps[covered], estimate.poses[covered]
     truth = np.array([true_poses[i] for i in covered])

@@ -23,7 +23,7 @@ class TrajectoryScore:
 
     :param rpe_1s_translation_rmse_m: RMSE of the translation over 1 s, of all pairs of poses.
     :param rpe_1s_rotation_rmse_deg: RMSE of the rotation over 1 s, of all pairs of poses.
-    :param ate_rmse_m: RMSE of the positions after rigid alignment.
+    :param ate_rmse_m: RMSE of the positions after rigid alignment, of two poses and more.
     :param tracked_fraction: share of tracked frames; the held poses of lost frames count in the
         errors.
     """
@@ -47,5 +47,6 @@ def _errors(errors: TrajectoryErrors | None) -> tuple[float | None, float | None
     if errors is None:
         return None, None, None
     translations, rotations = errors.relative(1.0)
+    positions = errors.positions()
     return (root_mean_square(translations), root_mean_square(np.degrees(rotations)),
-            root_mean_square(errors.positions()))
+            root_mean_square(positions) if len(positions) > 1 else None)

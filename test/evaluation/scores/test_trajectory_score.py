@@ -79,3 +79,10 @@ def test_without_truth_at_its_time_only_the_tracked_share_is_known(ground_truth)
 
 def test_no_frames_have_no_score():
     assert TrajectoryScore.of([], truth(path())) == TrajectoryScore(None, None, None, None)
+
+
+@pytest.mark.parametrize('count', [1, 2])
+def test_one_pose_has_no_error_as_it_is_aligned_to_any_other(count):
+    poses = path()
+    score = TrajectoryScore.of(records(poses[:count]), truth(poses))
+    assert (score.ate_rmse_m is None) == (count == 1)
