@@ -46,7 +46,8 @@ def corrected_tracks(
     image: np.ndarray, jump: float, nearest: float, farthest: float, camera: np.ndarray,
     source_twists: np.ndarray, source_height: float, target_twists: np.ndarray,
     target_height: float, colour_focal: float, depth_focal: float, pose: np.ndarray,
-    points: np.ndarray, rays: np.ndarray, corrected_points: np.ndarray, corrected_rays: np.ndarray) -> None: ...
+    points: np.ndarray, rays: np.ndarray, corrected_points: np.ndarray,
+    corrected_rays: np.ndarray) -> None: ...
 def depth_equations(
     points: np.ndarray, directions: np.ndarray, jacobian: np.ndarray, values: np.ndarray,
     weights: np.ndarray, every: int, pose: np.ndarray, twists: np.ndarray, camera: np.ndarray,
@@ -144,7 +145,8 @@ def point_to_plane(
     points: np.ndarray, chosen: np.ndarray, normals: np.ndarray, roughness: np.ndarray,
     twists: np.ndarray, image_height: float, pose: np.ndarray, rate: float,
     target_twists: np.ndarray, target_image_height: float, depth_focal: float,
-    target_points: np.ndarray, target_normals: np.ndarray, usable: np.ndarray, target_roughness: np.ndarray, width: int, height: int,
+    target_points: np.ndarray, target_normals: np.ndarray, usable: np.ndarray,
+    target_roughness: np.ndarray, width: int, height: int,
     intrinsics: np.ndarray, sigma: float, exponent: float, reach: float,
     smallest_cosine: float, robust_width: float, typical: float, largest_ratio: float,
     share_observed: float, ridge: float, values: np.ndarray, jacobian: np.ndarray,

@@ -16,7 +16,7 @@ from aick_ros import kernels
 from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.pose import along_all_axes
+from aick_ros.geometry.pose import along_all_axes, at_point, in_axes
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.result import Registration, SensorBias
 
@@ -126,11 +126,7 @@ def errors_of_offset(motion: np.ndarray, offset: np.ndarray, gain: np.ndarray) -
     :param offset: 6x6, covariance of X, a twist [m, rad].
     :param gain: 6x6, by which the motion follows depth.
     """
-    by_offset = np.zeros((6, 6))
-    turned = motion[:3, :3] - np.eye(3)
-    by_offset[:3, :3] = by_offset[3:, 3:] = turned
-    by_offset[:3, 3:] = se3.skew(motion[:3, 3])
-    by_offset = gain @ by_offset
+    by_offset = gain @ (in_axes(motion[:3, :3]) - at_point(motion[:3, 3]))
     covariance: np.ndarray = by_offset @ offset @ by_offset.T
     return covariance
 

@@ -36,7 +36,7 @@ _KEPT = 0.8  # weight of a group's earlier registrations, each time that it is a
 _FEWEST = 20  # registrations before anything is estimated
 PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02, 0.05, 0.05])
 _DESIGN_EFFECT = 10.0  # of the information: residuals have common errors
-PRIOR = np.diag(_DESIGN_EFFECT / PRIOR_SIGMAS ** 2)
+_PRIOR = np.diag(_DESIGN_EFFECT / PRIOR_SIGMAS ** 2)
 """Information about the ten numbers before any registration, 10x10."""
 
 _OFFSET_PRIOR = np.diag(PRIOR_SIGMAS[_OFFSET] ** 2)
@@ -75,7 +75,7 @@ class MisalignmentEstimate:
 
     def __init__(self, known: Misalignment = NO_MISALIGNMENT) -> None:
         self._known = self._misalignment = known
-        self._equations = GroupedEquations(PRIOR, _KEPT)
+        self._equations = GroupedEquations(_PRIOR, _KEPT)
         self._mean_gain = 0.0
         self._applied: tuple[slice, ...] = ()
         self._delay_sigma = _LARGEST_DELAY_SIGMA
@@ -112,7 +112,7 @@ class MisalignmentEstimate:
     def _weight(self, sample: MisalignmentSample) -> float:
         """Return the weight of a registration: less than one where its estimate stands out."""
         error = sample.gradient - sample.information @ self._misalignment.values
-        gain = float(error @ definite.solve(sample.information + PRIOR, error))
+        gain = float(error @ definite.solve(sample.information + _PRIOR, error))
         limit = _OUTLYING * self._mean_gain if self._equations.count else gain
         count = min(self._equations.count + 1, MEMORY)
         self._mean_gain += (min(gain, limit) - self._mean_gain) / count
@@ -158,7 +158,7 @@ class MisalignmentEstimate:
         Return the covariance of the offset, 6x6, by all unknowns together.
 
         Where none is applied there may be none, as is likely for a camera that was calibrated.
-        Bayes' rule tells how likely an offset by the prior is instead, beginning with one half.
+        An offset by the prior is as likely as none at first, and later by Bayes' rule.
 
         Parameters are as for :meth:`_sigma_of_delay`.
         """
