@@ -90,15 +90,13 @@ class Surface:
 
     @classmethod
     def of(cls, depth: np.ndarray, camera: Camera, sensor: SensorSettings,
-           count: int, cell: int = CELL, keeps_rough: bool = False) -> Surface:
+           count: int, cell: int = CELL) -> Surface:
         """
         Return the surface of a depth image.
 
         :param depth: HxW float32 [m], NaN where invalid.
         :param count: maximum number of chosen cells.
         :param cell: their side [px].
-        :param keeps_rough: use what is rougher than the noise of the camera, too, as depth that
-            has to do alone must.
         :raises InputError: where the image is smaller than a cell.
         """
         grid = _grid(camera, cell)
@@ -111,11 +109,10 @@ class Surface:
         usable = np.empty(cells, bool)
         kernels.fit_planes(_inverse_depth(depth, camera, sensor, cell), grid.intrinsics, points,
                            normals, roughness, cosines)
-        low, high = _ROUGHNESS_BOUNDS
         kernels.smooth_cells(
             points, roughness.reshape(grid.height, grid.width), cosines, sensor.depth_sigma,
-            sensor.depth_exponent - 2.0, *_RELATIVE_ROUGHNESS, high if keeps_rough else low, high,
-            _MIN_COSINE, usable)
+            sensor.depth_exponent - 2.0, *_RELATIVE_ROUGHNESS, *_ROUGHNESS_BOUNDS, _MIN_COSINE,
+            usable)
         return cls(grid, points, normals, usable, _choose(normals, usable, count), roughness)
 
     @functools.cached_property

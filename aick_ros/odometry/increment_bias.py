@@ -84,6 +84,15 @@ class IncrementBias:
             self._learn(*seen)
         return motion.with_covariance(covariance)
 
+    def add_to_depth_alone(self, motion: PoseWithCovariance, depth: float) -> PoseWithCovariance:
+        """
+        Return a motion by depth alone, which has all of depth's share, with the covariance of it.
+
+        Parameters are as for :meth:`add_to`.
+        """
+        bias = _OF_DEPTH * self._ratio * np.diag(_squares(motion.matrix, depth))
+        return motion.with_covariance(motion.covariance + bias)
+
     def _learn(self, information: float, score: float) -> None:
         """
         Take a step of Fisher's scoring.

@@ -17,6 +17,12 @@ _MIN_SHAPE_OVERLAP = 0.8
 Chosen on an excerpt of a real recording and six rendered rooms: with 0.6 the error grows up to
 three times as fast where views have little shape, with 0.85 as fast."""
 
+_MIN_OF_FIRST_OVERLAP = 0.95
+"""The same, as a ratio to the share that the first frame registered to it has in common with it.
+
+Chosen on two excerpts of real recordings and on rendered rooms with three kinds of cameras: how
+much of two views alike lies on each other's planes depends on the camera, from 0.7 to 0.95."""
+
 _LARGEST_GROWTH = 2.0
 """Largest variance of a frame by noise, by that of the first one registered to the keyframe.
 
@@ -53,6 +59,7 @@ class KeyframePolicy:
     def begin(self) -> None:
         """Start with another keyframe."""
         self._variances: tuple[float, float, float] | None = None
+        self._first_overlap = 0, 0.0  # with the stamp of the depth image
 
     def keeps(self, prepared: PreparedFrame, registration: Registration, sought: int) -> bool:
         """
@@ -85,10 +92,16 @@ class KeyframePolicy:
             not self._tracks and variance <= last + step)
         return (first, variance, step) if is_kept else None
 
-    @staticmethod
-    def keeps_shape(registration: Registration) -> bool:
-        """Return whether the depth image that a frame was registered to serves for the next."""
-        return registration.overlap >= _MIN_SHAPE_OVERLAP
+    def keeps_shape(self, shape: int, registration: Registration) -> bool:
+        """
+        Return whether the depth image that a frame was registered to serves for the next.
+
+        :param shape: stamp of that image [ns].
+        """
+        if shape != self._first_overlap[0]:
+            self._first_overlap = shape, registration.overlap
+        return registration.overlap >= max(
+            _MIN_SHAPE_OVERLAP, _MIN_OF_FIRST_OVERLAP * self._first_overlap[1])
 
 
 def scene_variance(prepared: PreparedFrame, covariance: np.ndarray) -> float:

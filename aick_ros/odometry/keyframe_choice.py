@@ -45,7 +45,7 @@ class KeyframeChoice:
             self._by_keypoints(references, last, attempt)
 
     def _by_depth(self, references: References, last: Reference, attempt: Attempt) -> None:
-        if self._policy.keeps_shape(attempt.seen):
+        if self._policy.keeps_shape(attempt.reference.stamp, attempt.seen):
             references.track_shape(last, attempt.reference)
         else:
             shape = Reference(last.prepared, last.pose)

@@ -409,7 +409,10 @@ class Odometry:
             return attempt.increment
         last = references.last
         motion, shown = last.motion_to(attempt.seen)
-        motion = self._increment_bias.add_to(motion, shown, last.prepared.scene_depth)
+        if attempt.seen.is_by_depth:
+            motion = self._increment_bias.add_to_depth_alone(motion, last.prepared.scene_depth)
+        else:
+            motion = self._increment_bias.add_to(motion, shown, last.prepared.scene_depth)
         # by depth alone a motion follows depth wholly, by keypoints alone not at all
         gain = attempt.seen.is_by_depth * np.eye(6) if shown is None else shown.gain
         offset = errors_of_offset(

@@ -83,6 +83,7 @@ class Reference:
         The noise of the keyframe is in both registrations, about half of each variance, and
         cancels. The bias that both have in common is not in the difference of their biases either.
         From the keyframe itself one registration shows the bias, so that an unusual one counts.
+        By depth alone all of it is depth's, and what changes of it is in proportion to the motion.
 
         :param registration: of the other frame, ``T_keyframe_camera``.
         :returns: ``T_camera0_camera1``, with the covariance of all but the bias and errors of
@@ -90,8 +91,9 @@ class Reference:
             is not known.
         """
         if not self.in_keyframe.covariance.any():
-            return (registration.image_pose if registration.bias is None
-                    else registration.varying_pose), registration.bias
+            is_bias_known = registration.bias is not None or registration.is_by_depth
+            return (registration.varying_pose if is_bias_known
+                    else registration.image_pose), registration.bias
         motion = registration.unbiased_pose.relative_to(self.in_keyframe)
         bias = None
         if self.bias is not None and registration.bias is not None:

@@ -43,6 +43,7 @@ rendered rooms with four kinds of cameras: two seconds of dark end as near to th
 ratio of one on the former, up to 2.6 times nearer on the latter."""
 
 _LAST_STEPS = 3  # chosen: with all of these points; steps before have those that count alone
+_LEAST_CURVATURE = 0.2  # chosen: along a step, as a ratio to what the derivatives claim
 _FEWEST_POINTS = 300  # chosen: with fewer the depth image has too many holes
 _MIN_OVERLAP = 0.5  # chosen on rendered rooms: share of the points that must lie on a plane
 _SHARED_BOUNDS = 0.3, 0.6
@@ -106,7 +107,8 @@ class DepthAlone:
             _displacement(surface, pose, source.frame.camera.fx)).bias
         return Registration(
             Status.OK, reason, pose, fine[0].covariance(pose, unobserved) + bias,
-            np.empty((0, 2), np.intp), 0, evidence=Evidence.DEPTH_ALONE, overlap=overlap)
+            np.empty((0, 2), np.intp), 0, evidence=Evidence.DEPTH_ALONE, systematic=bias,
+            overlap=overlap)
 
     def _weighted(self, source: PreparedFrame, views: Sequence[KnownView],
                   T_target_source: np.ndarray) -> Iterator[tuple[KnownView, float]]:
@@ -138,8 +140,7 @@ class DepthAlone:
     def _new_surfaces(self, frame: RgbdFrame) -> tuple[Surface, Surface]:
         """Return the coarse and the fine surface of a frame."""
         count = self._settings.refinement.surface_points
-        coarse, fine = (Surface.of(frame.depth, frame.camera, self._settings.sensor, points, cell,
-                                   keeps_rough=True)
+        coarse, fine = (Surface.of(frame.depth, frame.camera, self._settings.sensor, points, cell)
                         for points, cell in ((count, CELL), (_FINE_POINTS * count, FINE_CELL)))
         return coarse, fine
 
@@ -151,18 +152,39 @@ def _solve(pairs: Sequence[DepthPair], expected: PoseWithCovariance, pose: np.nd
 
     :param with_all: with all points, or with those that count alone.
     """
-    prior = np.linalg.inv(expected.covariance)
+    prior, before = np.linalg.inv(expected.covariance), None
     for _ in range(most_steps):
         information, gradient = prior, prior @ se3.difference(pose, expected.matrix)
         for pair in pairs:
             equations = pair.equations(pose, with_all)
             information = information + equations.information
             gradient = gradient + equations.gradient
+        if before is not None:
+            information = _with_secant(information, *before, gradient)
         step = -np.linalg.solve(information, gradient)
+        before = step, gradient
         pose = se3.perturbed(pose, step)
         if np.abs(step).max() < _SMALLEST_STEP:
             break
     return pose
+
+
+def _with_secant(information: np.ndarray, step: np.ndarray, before: np.ndarray,
+                 gradient: np.ndarray) -> np.ndarray:
+    """
+    Return the information along the last step as the gradient has changed by it, 6x6.
+
+    Noise of the normals makes a wall look rough. By their derivatives its points hold the camera
+    along the wall; but a point that moves on is paired with another plane, and hardly does. By the
+    derivatives alone each step would be a small part of what is needed.
+
+    :param step: the last one, 6.
+    :param before: gradient before it, 6; ``gradient``: after it.
+    """
+    along = information @ step
+    claimed = float(step @ along)
+    share = max(float(step @ (gradient - before)) / claimed, _LEAST_CURVATURE)
+    return information - max(1.0 - share, 0.0) / claimed * np.outer(along, along)
 
 
 def _correction(source: PreparedFrame, target: PreparedFrame,

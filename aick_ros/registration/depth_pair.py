@@ -56,8 +56,12 @@ class DepthPair:
     every: int = 1
 
     def overlap(self, T_target_source: np.ndarray) -> float:
-        """Return the share of the frame's points that lie on planes of the view."""
-        residuals = self._residuals(self.T_view_target @ T_target_source)
+        """
+        Return the share of the frame's points that lie on planes of the view.
+
+        They may face another way: where depth is noisy the normals of most do.
+        """
+        residuals = self._residuals(self.T_view_target @ T_target_source, smallest_cosine=0.0)
         on_planes = np.abs(residuals.values) < _LARGEST_RESIDUAL
         return float(np.count_nonzero(on_planes)) / len(self.source.chosen)
 
@@ -93,9 +97,10 @@ class DepthPair:
         covariance: np.ndarray = inverse @ (noise + prior) @ inverse
         return covariance
 
-    def _residuals(self, T_view_source: np.ndarray, every: int = 1) -> Residuals:
+    def _residuals(self, T_view_source: np.ndarray, every: int = 1,
+                   **options: float) -> Residuals:
         """Return the distances of the frame's points from planes of the view, whitened."""
         refinement = self.settings.refinement
         return point_to_plane(
             self.source, self.view, T_view_source, self.settings.sensor, refinement.robust_width,
-            refinement.reach, self.correction, every=every)
+            refinement.reach, self.correction, every=every, **options)

@@ -287,6 +287,7 @@ def test_an_increment_has_the_error_of_depth_that_may_not_be_registered(
     motion = PoseWithCovariance(se3.exp([0.1, 0.0, -0.1, 0.2, 0.1, -0.1]), 1e-8 * np.eye(6))
     monkeypatch.setattr(Reference, 'motion_to', lambda last, seen: (motion, bias))
     monkeypatch.setattr(IncrementBias, 'add_to', lambda bias, motion, shown, depth: motion)
+    monkeypatch.setattr(IncrementBias, 'add_to_depth_alone', lambda bias, motion, depth: motion)
     _, update = tracked(attempt_to(), attempt_to(evidence=evidence))
     seen = (update.increment if evidence is DARK
             else parts.asked('ExpectedMotion', 'joined_increment')[-1][0])
@@ -317,12 +318,13 @@ def by_depth(parts):
                                              ('last', False)])
 def test_in_the_dark_an_increment_is_that_between_frames_of_one_shape(
         parts, by_depth, tracked, attempt_to, to, is_to_shape):
-    """By depth it has the motion expected already: nothing is added."""
+    """By depth it has the motion expected already: the bias of depth alone is added."""
     _, update = tracked(attempt_to(), attempt_to('last', evidence=DARK),
                         attempt_to(to, evidence=DARK))
     if is_to_shape:
         last = parts.asked('KeyframeChoice', 'advance')[1][1]
-        assert_same(update.increment.pose, last.motion_to(parts.attempt.seen)[0])
+        assert_same(update.increment.pose, IncrementBias().add_to_depth_alone(
+            last.motion_to(parts.attempt.seen)[0], last.prepared.scene_depth))
         assert update.increment.interval == pytest.approx(0.1)
     else:
         assert_same(update.increment.pose, parts.attempt.increment.pose)

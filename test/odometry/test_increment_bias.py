@@ -63,6 +63,18 @@ def test_noise_along_a_direction_that_is_hardly_observed_is_no_bias():
     assert model.ratio == pytest.approx(np.radians(0.5), rel=0.4)
 
 
+@pytest.mark.parametrize('degrees', [0.5, 3.0])
+def test_a_motion_by_depth_alone_errs_by_the_share_of_the_bias_that_is_depths(degrees):
+    """85 of 100, in every direction as learned of increments by both kinds: NEES."""
+    rng = np.random.default_rng(8)
+    model = learned(biased(rng, degrees) for _ in range(30))
+    covariance = model.add_to_depth_alone(PoseWithCovariance(MOTION, 0.85 * NOISE),
+                                          DEPTH).covariance
+    errors = np.array([biased(rng, degrees) for _ in range(600)]) * np.sqrt(0.85)
+    assert np.mean(np.einsum('ni,ij,nj->n', errors, np.linalg.inv(covariance), errors)
+                   ) == pytest.approx(6.0, rel=0.2)
+
+
 @pytest.mark.parametrize('degrees', [0.0, 0.5, 3.0])
 def test_differences_are_as_their_covariance_says(degrees):
     """Where depth gives the pose, its error has the bias, of which 85 of 100 count: NEES."""

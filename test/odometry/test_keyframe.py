@@ -93,11 +93,26 @@ def test_biases_and_errors_of_stamps_are_not_less_with_another_keyframe(part):
     assert policy.keeps(VIEW, biased, KEYPOINTS)
 
 
-@pytest.mark.parametrize(('overlap', 'expected'), [
-    (0.8, True), (float(np.nextafter(0.8, 0.0)), False)])
-def test_a_depth_image_serves_while_enough_of_it_is_seen(overlap, expected):
-    by_depth = dataclasses.replace(registration(0, 0.01), overlap=overlap)
-    assert KeyframePolicy.keeps_shape(by_depth) is expected
+def served(policy, overlaps):
+    """Return whether depth images serve on, by pairs of their stamp and a frame's overlap."""
+    return [policy.keeps_shape(shape, dataclasses.replace(registration(0, 0.01), overlap=overlap))
+            for shape, overlap in overlaps]
+
+
+@pytest.mark.parametrize(('overlaps', 'expected'), [
+    ((0.8,), [True]), ((float(np.nextafter(0.8, 0.0)),), [False]),
+    ((0.9, 0.8551, 0.8549), [True, True, False]), ((0.82, 0.801, 0.799), [True, True, False])])
+def test_a_depth_image_serves_while_enough_of_it_is_seen(overlaps, expected):
+    """Beside what the first frame saw of it, as noise leaves less of any view; or of all."""
+    assert served(KeyframePolicy(Settings()), [(7, overlap) for overlap in overlaps]) == expected
+
+
+def test_what_is_enough_is_measured_anew_for_each_depth_image():
+    policy = KeyframePolicy(Settings())
+    assert served(policy, [(1, 0.95), (1, 0.9), (2, 0.85), (2, 0.81)]) == [
+        True, False, True, True]
+    policy.begin()
+    assert served(policy, [(2, 0.95), (2, 0.85)]) == [True, False]
 
 
 def test_errors_of_stamps_do_not_count():

@@ -57,8 +57,8 @@ class Policy:
         self.asked.append((prepared, registration))
         return self.keeps(prepared, registration, count)
 
-    def keeps_shape(self, seen):
-        self.asked.append(seen)
+    def keeps_shape(self, shape, seen):
+        self.asked.append((shape, seen))
         return self._keeps
 
 
@@ -177,7 +177,7 @@ def test_the_next_keyframe_is_the_last_frame_and_exact_in_itself():
 @pytest.mark.parametrize('keeps', [True, False])
 def test_the_last_frame_by_depth_is_exact_in_itself_if_it_is_the_next_shape(keeps):
     references, first, last, policy = advance(keeps, is_by_depth=True)
-    assert policy.asked == ['by images']
+    assert policy.asked == [(first.stamp, 'by images')]
     if keeps:
         assert references.last is last and references.shape is references.keyframe
     else:

@@ -13,7 +13,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.reference import Loss, Reference, References
-from aick_ros.registration.result import Registration, SensorBias
+from aick_ros.registration.result import Evidence, Registration, SensorBias
 from aick_ros.registration.status import Status
 
 ORIGIN = PoseWithCovariance.identity()
@@ -70,6 +70,17 @@ def test_the_motion_from_a_keyframe_is_its_registration(poses, is_known):
     np.testing.assert_allclose(found.matrix, poses[0], atol=1e-12)
     np.testing.assert_allclose(found.covariance, noise if is_known else noise + systematic,
                                atol=1e-12)
+
+
+@pytest.mark.parametrize('evidence', Evidence)
+def test_by_depth_alone_what_is_expected_of_the_bias_is_in_no_motion(poses, evidence):
+    """What it has of the bias is the same in all frames that are registered to one image."""
+    noise, systematic = np.diag(np.arange(1.0, 7.0)), 3.0 * np.eye(6)
+    registration = dataclasses.replace(
+        registered_at(PoseWithCovariance(poses[0], noise), systematic, None), evidence=evidence)
+    found, _ = Reference(VIEW, ORIGIN).motion_to(registration)
+    expected = noise if evidence is Evidence.DEPTH_ALONE else noise + systematic
+    np.testing.assert_allclose(found.covariance, expected, atol=1e-12)
 
 
 def test_what_two_registrations_have_in_common_is_no_error_of_the_motion(poses):

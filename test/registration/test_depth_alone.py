@@ -142,7 +142,7 @@ def test_an_expectation_as_sure_as_the_depth_images_counts_as_much():
     """Two estimates of equal information: the pose is halfway between them."""
     settings = Settings()
     source, target = (Surface.of(view.frame.depth, CAMERA, settings.sensor,
-                                 settings.refinement.surface_points, FINE_CELL, keeps_rough=True)
+                                 settings.refinement.surface_points, FINE_CELL)
                       for view in views(CORNER))
     seen = NormalEquations.of([point_to_plane(
         source, target, MOTION, settings.sensor, settings.refinement.robust_width,
@@ -412,13 +412,12 @@ def test_depth_is_corrected_by_the_velocity_of_each_frame(play, known, twists):
 
 def test_each_frame_has_two_surfaces_made_once(monkeypatch, made):
     given = []
-    monkeypatch.setattr(depth_alone.Surface, 'of',
-                        lambda *of, keeps_rough=False: given.append((*of, keeps_rough)) or len(of))
+    monkeypatch.setattr(depth_alone.Surface, 'of', lambda *of: given.append(of) or len(of))
     settings, frame = Settings(), made.frame(1)
     alone = DepthAlone(settings)
     assert alone._surfaces(frame) is alone._surfaces(frame)
     count = settings.refinement.surface_points
-    assert given == [(frame.depth, frame.camera, settings.sensor, points, cell, True)
+    assert given == [(frame.depth, frame.camera, settings.sensor, points, cell)
                      for points, cell in ((count, CELL), (10 * count, FINE_CELL))]
     alone.forget()
     assert not alone._surfaces.knows(frame)
@@ -443,7 +442,20 @@ def test_the_iteration_ends_with_a_small_step_or_after_twelve():
             1e9 * np.eye(6), 1e9 * np.full(6, 1.01e-4)))
     found = depth_alone._solve([endless], expected, np.eye(4))
     assert len(asked) == 12
-    np.testing.assert_allclose(found[:3, 3], -12 * 1.01e-4, rtol=1e-3)
+    # from the second step on five times as long, as the gradient stays as it was
+    np.testing.assert_allclose(found[:3, 3], -(1 + 11 * 5) * 1.01e-4, rtol=1e-3)
+
+
+@pytest.mark.parametrize('axis', range(6))
+def test_information_that_claims_four_times_too_much_leaves_nothing_of_the_way(axis):
+    """As of a wall with noisy normals, along it: by itself it would leave .75 ** 12 of it."""
+    true = np.diag([4e4, 4e4, 1e6, 1e5, 1e5, 4e4])
+    claimed = true.copy()
+    claimed[axis, axis] *= 4.0
+    pair = SimpleNamespace(equations=lambda pose, with_all: NormalEquations(
+        claimed, true @ se3.difference(pose, MOTION)))
+    found = depth_alone._solve([pair], PoseWithCovariance(np.eye(4), 1e6 * np.eye(6)), np.eye(4))
+    np.testing.assert_allclose(se3.difference(found, MOTION), 0.0, atol=1e-4)
 
 
 def test_all_pairs_have_a_part_in_the_pose():

@@ -23,7 +23,7 @@ def test_residuals_are_those_of_both_surfaces_corrected(monkeypatch):
     given = []
     residuals = SimpleNamespace(values=np.array([3.9, -3.9, 4.0, -4.1, 0.0]))
     monkeypatch.setattr(depth_pair, 'point_to_plane',
-                        lambda *of, every: given.append((*of, every)) or residuals)
+                        lambda *of, **options: given.append((*of, options)) or residuals)
     source, settings = SimpleNamespace(chosen=range(10)), Settings()
     pair = DepthPair(source, 'view', BESIDE, 'correction', settings)
     # of ten points five have a plane, three of these within four sigmas
@@ -32,7 +32,8 @@ def test_residuals_are_those_of_both_surfaces_corrected(monkeypatch):
     (first, view, pose, *rest), = given
     assert (first, view) == (source, 'view')
     np.testing.assert_allclose(pose, BESIDE @ MOTION)
-    assert rest == [settings.sensor, refinement.robust_width, refinement.reach, 'correction', 1]
+    assert rest == [settings.sensor, refinement.robust_width, refinement.reach, 'correction',
+                    {'every': 1, 'smallest_cosine': 0.0}]
 
 
 @pytest.fixture

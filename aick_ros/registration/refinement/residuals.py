@@ -215,7 +215,8 @@ def contradict(residuals: Residuals) -> bool:
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
                    sensor: SensorSettings, width: float, reach: float,
                    correction: Correction = NO_CORRECTION, rate: float = 1.0,
-                   every: int = 1) -> PlaneResiduals:
+                   every: int = 1,
+                   smallest_cosine: float = _SMALLEST_COSINE) -> PlaneResiduals:
     """
     Return the distances of the source's chosen points from the planes of the target.
 
@@ -229,6 +230,7 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     :param rate: time between the depth images, as a ratio to that which the motion of the pose
         takes; the Jacobian is by the error of the whole motion.
     :param every: one of how many of the chosen points is taken.
+    :param smallest_cosine: between the normals of a point and of its plane.
     """
     chosen = source.chosen[::every]
     count = len(chosen)
@@ -241,7 +243,7 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
         correction.target.twists, correction.target.height, correction.depth_focal,
         target.points, target.normals, target.usable, target.roughness, target.grid.width,
         target.grid.height, target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma,
-        sensor.depth_exponent - 2.0, reach, _SMALLEST_COSINE, width, MEDIAN_1,
+        sensor.depth_exponent - 2.0, reach, smallest_cosine, width, MEDIAN_1,
         _LARGEST_SCALE ** 2, _SHARE_OBSERVED, _RIDGE,
         values, jacobian, weights, points, directions, blocks, sums)
     jacobian = jacobian[:found]
