@@ -27,7 +27,7 @@ from aick_ros.registration.result import SensorBias
 
 # All chosen on two excerpts of real recordings and on rendered rooms with five kinds of cameras.
 _PRIOR = math.radians(2.0) ** 2
-_PRIOR_COUNT = 2  # increments that the prior counts for
+_PRIOR_COUNT = 1  # increments that the prior counts for
 _MEMORY = 30  # increments that the mean is over
 _LARGEST_CHANGE = 4.0  # of the estimate by one increment, and of its inverse
 _SMALLEST = math.radians(0.001) ** 2  # of an estimate; from it few increments let it grow

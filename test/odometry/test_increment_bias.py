@@ -188,7 +188,7 @@ def test_the_bias_of_an_increment_follows_depth_and_keypoints_by_the_gain(differ
     normalised = information @ shown.difference
     score = 0.5 * squares @ (min(19.805 / square, 1.0) * normalised ** 2 - np.diag(information))
     total = 0.5 * squares @ information ** 2 @ squares
-    learned_ratio = np.clip(ratio + score / 3 / total, ratio / 4, 4 * ratio)
+    learned_ratio = np.clip(ratio + score / 2 / total, ratio / 4, 4 * ratio)
     assert model.ratio ** 2 == pytest.approx(max(learned_ratio, np.radians(0.001) ** 2))
 
 
