@@ -19,6 +19,10 @@ from aick_ros.settings import Settings
 
 _SMALLEST_FACTOR = 0.01  # chosen: floor of the variance, as a ratio to that by the sensor's noise
 _LARGEST_RESIDUAL = 4.0  # chosen: in standard deviations of the noise, of a point on its plane
+_ANY_COSINE = 0.0
+"""Of the normals of points that show how well the two frames agree.
+
+Where depth is noisy few of them face as their planes do, and those by chance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +60,9 @@ class DepthPair:
     every: int = 1
 
     def overlap(self, T_target_source: np.ndarray) -> float:
-        """
-        Return the share of the frame's points that lie on planes of the view.
-
-        They may face another way: where depth is noisy the normals of most do.
-        """
-        residuals = self._residuals(self.T_view_target @ T_target_source, smallest_cosine=0.0)
+        """Return the share of the frame's points that lie on planes of the view."""
+        residuals = self._residuals(self.T_view_target @ T_target_source,
+                                    smallest_cosine=_ANY_COSINE)
         on_planes = np.abs(residuals.values) < _LARGEST_RESIDUAL
         return float(np.count_nonzero(on_planes)) / len(self.source.chosen)
 
@@ -88,7 +89,7 @@ class DepthPair:
 
         :param unobserved: 6x6, the covariance of what no surface shows.
         """
-        residuals = self._residuals(T_view_source)
+        residuals = self._residuals(T_view_source, smallest_cosine=_ANY_COSINE)
         information = (curvature(residuals) / self.every
                        * NormalEquations.of([residuals]).information)
         noise = gradient_noise([residuals]) / self.every ** 2 + _SMALLEST_FACTOR * information

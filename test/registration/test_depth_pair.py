@@ -44,8 +44,8 @@ def told(monkeypatch):
         def equations(residuals):
             error = se3.difference(residuals[0], T_view_target @ MOTION)
             return NormalEquations(information, information @ error)
-        monkeypatch.setattr(depth_pair, 'point_to_plane', lambda *of, every: asked.append(every)
-                            or of[2])
+        monkeypatch.setattr(depth_pair, 'point_to_plane',
+                            lambda *of, **options: asked.append(options) or of[2])
         monkeypatch.setattr(depth_pair.NormalEquations, 'of', equations)
         monkeypatch.setattr(depth_pair, 'gradient_noise', lambda residuals: noise)
         monkeypatch.setattr(depth_pair, 'curvature', lambda residuals: curvature)
@@ -72,12 +72,19 @@ def test_more_points_make_a_pose_better_but_no_more_certain(told, made):
     noise = 1e4 * made.covariance()
     pair = told(information, noise, every=4, asked=asked)
     alone, with_all = (pair.equations(np.eye(4), with_all) for with_all in (False, True))
-    assert asked == [4, 1]
+    assert asked == [{'every': 4}, {'every': 1}]
     np.testing.assert_allclose(with_all.information, alone.information / 4)
     np.testing.assert_allclose(with_all.gradient, alone.gradient / 4)
     np.testing.assert_allclose(
         pair.covariance(MOTION, UNOBSERVED),
         told(information / 4, noise / 16).covariance(MOTION, UNOBSERVED), rtol=1e-6)
+
+
+def test_points_count_for_the_covariance_whichever_way_they_face(told):
+    """Those whose normals are as their planes' are chosen by chance where depth is noisy."""
+    asked = []
+    told(np.eye(6), np.eye(6), asked=asked).covariance(MOTION, UNOBSERVED)
+    assert asked == [{'every': 1, 'smallest_cosine': 0.0}]
 
 
 def test_the_covariance_has_the_scatter_of_depth_and_what_is_unobserved(told, made):
