@@ -118,6 +118,7 @@ class BaseOdometry:
         """
         self._pose = pose
         self._is_lost, self._is_new = False, True
+        self._is_tracked, self._is_moved = True, False  # in the last frame; by hand, since then
         self._start: _Start | None = None
         self._camera: PoseWithCovariance | None = PoseWithCovariance.identity()
         self._mounted: np.ndarray | None = None  # T_base_camera at that pose of the camera
@@ -134,6 +135,7 @@ class BaseOdometry:
         """
         self._pose = pose
         self._start = None
+        self._is_moved |= not self._is_tracked
         if is_blind or self._is_lost:
             self._camera = None
 
@@ -149,9 +151,12 @@ class BaseOdometry:
             return None
         state = _state(update)
         self._is_lost = state is BaseState.LOST
+        self._is_tracked = state not in (BaseState.LOST, BaseState.PREDICTED)
         if self._is_lost:
             return BaseUpdate(update.stamp, state, self._pose)
         motion = self._motion(update, T_base_camera, mount)
+        if self._is_tracked and self._is_moved:  # what was predicted wrongly is not added
+            self._is_moved, self._start, self._camera = False, None, None
         self._follow(update, T_base_camera, mount)
         if state is not BaseState.CONTINUED:  # the next motion begins where this one does
             self._measured = update.stamp, T_base_camera

@@ -70,9 +70,10 @@ class KeyframePolicy:
         return self._variances_with(prepared, registration, sought) is not None
 
     def advance(self, prepared: PreparedFrame, registration: Registration, sought: int) -> bool:
-        """Return what :meth:`keeps` does, and advance to the frame, or to another keyframe."""
-        self._variances = self._variances_with(prepared, registration, sought)
-        return self._variances is not None
+        """Return what :meth:`keeps` does, and advance to the frame, if it does."""
+        variances = self._variances_with(prepared, registration, sought)
+        self._variances = variances or self._variances
+        return variances is not None
 
     def _variances_with(self, prepared: PreparedFrame, registration: Registration,
                         sought: int) -> tuple[float, float, float] | None:

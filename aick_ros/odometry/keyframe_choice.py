@@ -65,6 +65,7 @@ class KeyframeChoice:
                 prepared = self._registrar.with_own_keypoints(prepared)
             keyframe = Reference(prepared, last.pose)
             references.track(keyframe, keyframe.bare())
+            self._policy.begin()
 
 
 def _is_kept(prepared: PreparedFrame, attempt: Attempt,

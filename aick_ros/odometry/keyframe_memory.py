@@ -70,8 +70,10 @@ class KeyframeMemory:
         return tuple(self._frames.values())
 
     def configure(self, settings: Settings, registrar: Registrar) -> None:
-        """Continue with other settings."""
+        """Continue with other settings; without a refinement no search can be completed."""
         self._settings, self._registrar = settings, registrar
+        if settings.refinement.mode == 'none':
+            self._search = None
         self._no_copies.clear()
         self._correction.configure(settings.odometry)
 

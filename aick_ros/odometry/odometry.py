@@ -145,6 +145,7 @@ class Odometry:
         self._references: References | None = None
         self._memory = None
         self._filter.reset()
+        self._gyroscope.restart()
         self._gravity.restart()
         self._keyframes.begin()
 
@@ -297,11 +298,15 @@ class Odometry:
         return self._track(prepared, attempt, references, memory)
 
     def _may_track(self, frame: RgbdFrame, repeat: Repeat, references: References) -> bool:
-        """Return whether a frame may be tracked, and the keyframe is what it is registered to."""
+        """
+        Return whether a frame may be tracked, and the keyframe is what it is registered to.
+
+        It is not where its stamp goes back, as by less than an image that repeats has advanced it.
+        """
         return (self._settings.odometry.aick_interval > 1
                 and repeat is Repeat.NONE and not self._is_lost
                 and references.shape is None and not references.is_blurred()
-                and references.last.stamp < frame.stamp)
+                and self._stamp is not None and self._stamp < frame.stamp)
 
     def _register_prepared(self, prepared: PreparedFrame,
                            tracked: np.ndarray | None = None) -> OdometryUpdate:

@@ -11,6 +11,7 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
+from aick_ros.geometry import definite
 from aick_ros.geometry.pose import in_axes
 from aick_ros.registration.refinement.misalignment import Correction
 from aick_ros.registration.refinement.residuals import (
@@ -19,6 +20,7 @@ from aick_ros.settings import Settings
 
 _SMALLEST_FACTOR = 0.01  # chosen: floor of the variance, as a ratio to that by the sensor's noise
 _LARGEST_RESIDUAL = 4.0  # chosen: in standard deviations of the noise, of a point on its plane
+_ROUNDING = 1e-13  # of information, as a ratio to the largest about any direction; chosen
 _ANY_COSINE = 0.0
 """Of the normals of points that show how well the two frames agree.
 
@@ -93,10 +95,14 @@ class DepthPair:
         information = (curvature(residuals) / self.every
                        * NormalEquations.of([residuals]).information)
         noise = gradient_noise([residuals]) / self.every ** 2 + _SMALLEST_FACTOR * information
-        prior = np.linalg.inv(unobserved)
-        inverse = np.linalg.inv(information + prior)
-        covariance: np.ndarray = inverse @ (noise + prior) @ inverse
-        return covariance
+        # along these axes what no surface shows is exactly so, however little else is known of it
+        shown, axes = np.linalg.eigh(information)
+        is_shown = shown > _ROUNDING * shown[-1]
+        noise = np.where(np.outer(is_shown, is_shown), axes.T @ noise @ axes, 0.0)
+        prior = axes.T @ np.linalg.inv(unobserved) @ axes
+        inverse = np.linalg.inv(np.diag(np.where(is_shown, shown, 0.0)) + prior)
+        covariance = axes @ inverse @ (noise + prior) @ inverse @ axes.T
+        return definite.nonnegative(0.5 * (covariance + covariance.T))
 
     def _residuals(self, T_view_source: np.ndarray, every: int = 1,
                    **options: float) -> Residuals:

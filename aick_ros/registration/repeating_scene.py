@@ -69,7 +69,8 @@ class RepeatingSceneCheck:
         :param elapsed: time since the velocity was measured [s].
         """
         chosen = self._of_two(found, source, target, expected, elapsed)
-        self._note(source.stamp, se3.difference(chosen.T_target_source, expected), elapsed)
+        if chosen.status.ok:
+            self._note(source.stamp, se3.difference(chosen.T_target_source, expected), elapsed)
         return chosen
 
     def _of_two(self, found: Registration, source: PreparedFrame, target: PreparedFrame,

@@ -137,8 +137,16 @@ def test_after_another_begin_the_variances_before_do_not_count():
 
 def test_another_keyframe_begins_anew():
     policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.7}))
-    assert kept(policy, (90, 0.01), (10, 0.01), (90, 0.05), (90, 0.06)) == [
-        True, False, True, True]
+    assert kept(policy, (90, 0.01), (10, 0.01)) == [True, False]
+    policy.begin()
+    assert kept(policy, (90, 0.05), (90, 0.06)) == [True, True]
+
+
+def test_a_frame_that_may_not_be_a_keyframe_changes_nothing():
+    """As one that is blurred: the next one is judged beside the first, and the one before."""
+    policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.7}))
+    assert kept(policy, (90, 0.01), (10, 0.05), (90, 0.05), (90, 0.011)) == [
+        True, False, False, True]
 
 
 def test_what_is_asked_beforehand_changes_nothing():

@@ -563,6 +563,18 @@ def test_other_settings_are_those_of_the_next_step(scripted):
     assert script.asked[-1] == ('step', (0, 1), another, other)
 
 
+def test_without_a_refinement_a_search_ends(scripted):
+    """It could not be completed, and a frame after a long interval would try for ever."""
+    script = scripted(steps=3)
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0})
+    for _ in range(2):
+        memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR)
+    asked = len(script.asked)
+    memory.configure(with_values(Settings(), {'refinement.mode': 'none'}), Bringing())
+    memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR, interval=1.0)
+    assert asked and len(script.asked) == asked
+
+
 def found_again(scripted, measured, covariance, changes=None):
     """
     Return a memory of two keyframes, the second found again, and poses by dead reckoning.

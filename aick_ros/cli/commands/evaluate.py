@@ -84,6 +84,7 @@ def _write(evaluation: Evaluation, reading: Reading, recording: RgbdSource, json
         write_plots(plots, evaluation)
     if export is not None:
         write_square(export, evaluation.records, recording.ground_truth)
-    if recording.ground_truth is not None and evaluation.trajectory.ate_rmse_m is None:
+    if (recording.ground_truth is not None and evaluation.trajectory.ate_rmse_m is None
+            and len(evaluation.records) > 1):
         say(f'the ground truth of {recording.name} covers fewer than two of the frames that were '
             'read, so there is no ATE: check that both have the same clock')

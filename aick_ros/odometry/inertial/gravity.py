@@ -74,7 +74,8 @@ class Gravity:
     @property
     def bias(self) -> np.ndarray:
         """Estimated bias of the accelerometer, 3, in the axes of the camera [m/s^2]."""
-        return np.zeros(3) if self._filter is None else self._filter.bias.copy()
+        known = self._filter  # another thread may forget it meanwhile
+        return np.zeros(3) if known is None else known.bias.copy()
 
     @property
     def complaint(self) -> str:
@@ -93,10 +94,11 @@ class Gravity:
             return 'none'
         if self.start is None:
             return 'not used, as odom did not begin level'
-        if self._filter is None:
+        known = self._filter  # another thread may forget it meanwhile
+        if known is None:
             return 'not compared with the camera yet'
-        x, y, z = self.bias
-        sigma = np.degrees(np.sqrt(np.linalg.eigvalsh(self._filter.up.covariance)[-1]))
+        x, y, z = known.bias
+        sigma = np.degrees(np.sqrt(np.linalg.eigvalsh(known.up.covariance)[-1]))
         return (f'bias ({x:.2f}, {y:.2f}, {z:.2f}) m/s^2; the direction of gravity is known to '
                 f'{sigma:.2f} deg')
 

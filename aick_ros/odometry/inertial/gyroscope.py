@@ -41,7 +41,12 @@ class Gyroscope:
         self._integral = RotationIntegral()
         self._samples = SampleCheck('gyroscope', 'rad/s', _LARGEST_RATE)
         self._agreement = Agreement()
+        self.restart()
+
+    def restart(self) -> None:
+        """Continue with frames that are measured anew; what was learned is kept."""
         self._reference = RecentReference()
+        self._calibration.restart()
 
     def configure(self, settings: ImuSettings, odometry: OdometrySettings) -> None:
         """Continue with other settings; what was learned is kept."""
@@ -147,6 +152,8 @@ class Gyroscope:
         if end <= start or self._integral.last is None:
             return
         start, seen = self._reference.motion(start, end, seen)
+        if end <= start:
+            return
         turn = self._turn(start, end)
         if turn is None:
             return

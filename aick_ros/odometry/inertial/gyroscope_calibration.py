@@ -59,7 +59,7 @@ class GyroscopeCalibration:
 
     def __init__(self, settings: ImuSettings) -> None:
         self.configure(settings)
-        self._last: tuple[int, Turn] | None = None  # stamp of its keyframe [ns], and the rotation
+        self.restart()
         self._filters = [_Filter(settings, size, weight) for size, weight in _SIZES.items()]
         self._join()
 
@@ -67,6 +67,10 @@ class GyroscopeCalibration:
         """Continue with another noise and walk of the bias; what was learned is kept."""
         self._walk = settings.gyroscope_bias_walk
         self._noise = settings.gyroscope_noise ** 2
+
+    def restart(self) -> None:
+        """Continue with keyframes that are made anew."""
+        self._last: tuple[int, Turn] | None = None  # stamp of its keyframe [ns], and the rotation
 
     @property
     def bias(self) -> np.ndarray:

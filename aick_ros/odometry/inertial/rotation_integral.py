@@ -89,7 +89,8 @@ class RotationIntegral:
     @property
     def last(self) -> int | None:
         """Stamp of the last sample [ns]; None without samples."""
-        return int(self._parts[-1].stamps[-1]) if self._parts else None
+        parts = self._parts  # another thread may begin anew meanwhile
+        return int(parts[-1].stamps[-1]) if parts else None
 
     def add(self, stamps: np.ndarray, rates: np.ndarray) -> None:
         """

@@ -76,7 +76,7 @@ class RtabmapTopics:
         """Publish what has a subscriber."""
         motion = frame.base.motion
         T_before_now = None if motion is None else motion.T_before_now
-        if T_before_now is not None:
+        if T_before_now is not None and frame.base.state is BaseState.TRACKED:
             self._distance += float(np.linalg.norm(T_before_now[:3, 3]))
         for publisher, is_full in zip(self._infos, (True, False)):
             if publisher.get_subscription_count():
