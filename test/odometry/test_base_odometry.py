@@ -155,6 +155,25 @@ def test_placed_while_lost_it_stays_there_until_the_next_pose_of_the_camera(way)
     np.testing.assert_allclose(found[1], expected[1], atol=1e-12)
 
 
+@pytest.mark.parametrize('lost', [False, True])
+def test_placed_while_predicted_the_correction_of_the_prediction_is_not_added(lost):
+    """Wheels slip by 5 m and drive on by 1 m; then the camera is found where it was lost."""
+    camera, placed = Camera(), se3.exp([100, 0, 0, 0, 0, 0])
+    camera.update()
+    if lost:
+        camera.update(**LOST)
+    for forward in (2.0, 5.0):
+        camera.update(se3.exp([0, 0, forward, 0, 0, 0]), predicted=True, **LOST)
+    camera.put(placed, CERTAIN)
+    driven = se3.exp([0, 0, 1.0, 0, 0, 0])
+    camera.update(se3.exp([0, 0, 6.0, 0, 0, 0]), predicted=True, **LOST)
+    there = placed @ T_BASE_CAMERA @ driven @ se3.inverse(T_BASE_CAMERA)
+    np.testing.assert_allclose(camera.base.pose.matrix, there, atol=1e-12)
+    np.testing.assert_allclose(camera.update(recovered=True).pose.matrix, there, atol=1e-12)
+    np.testing.assert_allclose(camera.follow(driven)[0], there @ T_BASE_CAMERA @ driven
+                               @ se3.inverse(T_BASE_CAMERA), atol=1e-12)
+
+
 def test_the_covariance_is_that_of_sampled_errors():
     """Monte Carlo: camera poses with drawn errors, each carried to the base by itself."""
     rng = np.random.default_rng(8)

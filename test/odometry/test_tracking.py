@@ -87,6 +87,18 @@ def test_a_stamp_that_repeats_is_answered_as_ever(frames):
     assert odometry.register_frame(again).status is Status.BAD_STAMP
 
 
+@pytest.mark.parametrize('back', [1, 1_000_000])
+def test_a_stamp_before_that_of_an_image_that_repeats_is_answered_as_ever(frames, back):
+    odometry = every(100)
+    for frame in frames[0][:4]:
+        odometry.register_frame(frame)
+    repeated = dataclasses.replace(frames[0][3], stamp=frames[0][3].stamp + 30_000_000)
+    assert odometry.register_frame(repeated).status is Status.REPEATED
+    late = dataclasses.replace(frames[0][4], stamp=repeated.stamp - back)
+    assert odometry.register_frame(late).status is Status.BAD_STAMP
+    assert odometry.register_frame(frames[0][5]).status is Status.OK
+
+
 def test_errors_of_rounding_do_not_grow_along_expected_poses():
     pose = se3.exp([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     pose[:3, :3] *= 1.0 + 1e-6

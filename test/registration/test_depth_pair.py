@@ -87,6 +87,25 @@ def test_points_count_for_the_covariance_whichever_way_they_face(told):
     assert asked == [{'every': 1, 'smallest_cosine': 0.0}]
 
 
+@pytest.mark.parametrize('minutes', [0.1, 2.0, 10.0])
+def test_what_no_surface_shows_stays_exact_however_long_it_is_dark(told, minutes):
+    """A tilted wall at 0.2 m; a camera at 3 m/s would be kilometres away, turned at any angle."""
+    rng, normal = np.random.default_rng(4), np.array([0.28, 0.0, 0.96])
+    points = rng.uniform(-0.1, 0.1, (20000, 3))
+    points -= np.outer(points @ normal - 0.2, normal)
+    jacobian = np.column_stack([np.tile(normal, (20000, 1)), np.cross(points, normal)]) / 1e-4
+    information = jacobian.T @ jacobian
+    largest = np.repeat([180.0 * minutes, np.pi], 3) ** 2
+    found = told(information, information).covariance(MOTION, np.diag(largest))
+    np.testing.assert_allclose(found, found.T, atol=1e-15 * largest[0])
+    assert np.linalg.eigvalsh(found)[0] > -1e-15 * largest[0]
+    _, _, axes = np.linalg.svd(jacobian, full_matrices=False)
+    hidden = axes[3:].T  # what moves no point off its plane
+    np.testing.assert_allclose(
+        found, hidden @ np.linalg.inv(hidden.T / largest @ hidden) @ hidden.T,
+        atol=1e-6 * largest[0])
+
+
 def test_the_covariance_has_the_scatter_of_depth_and_what_is_unobserved(told, made):
     information = np.linalg.inv(made.covariance() + 1e-6 * np.eye(6))
     noise = 1e4 * made.covariance()

@@ -368,6 +368,17 @@ def test_the_acceleration_that_is_noted_is_that_of_the_pose_that_is_chosen(made)
         pytest.approx(second, rel=1e-6))
 
 
+def test_what_two_poses_contradict_is_not_noted(made):
+    """It has no pose: the identity is no motion."""
+    played = Played(made, [0.1, 0, 0, 0, 0.1, 0], 61)
+    other, played.other = played.other, dataclasses.replace(played.other, is_contradicted=True)
+    assert played.check(played.found(), 0.26).status is Status.TOO_FEW_MATCHES
+    played.other = other
+    _, second = probabilities([AWAY, np.array([0.1, 0, 0, 0, 0.1, 0])], 0.4)
+    assert share_of_second(played, played.found(), 0.4, made.prepared(12 * 10 ** 8)) == (
+        pytest.approx(second, rel=1e-6))
+
+
 @pytest.mark.parametrize('case', ['failed', 'at the same time'])
 def test_what_shows_no_motion_is_not_noted(made, case):
     played = Played(made, [0.1, 0, 0, 0, 0.1, 0])

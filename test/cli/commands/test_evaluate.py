@@ -73,6 +73,17 @@ def test_tables_and_file(evaluate, recording, tmp_path):
     assert list(tmp_path.iterdir()) == [tmp_path / 'figures.json']
 
 
+@pytest.mark.parametrize('count, late, is_told', [(1, 0, False), (2, 0, False), (2, 10, True)])
+def test_that_clocks_may_differ_is_told_where_frames_have_no_ground_truth(
+        evaluate, in_memory, recording, count, late, is_told):
+    """Of a single frame nobody expects an ATE."""
+    frames = [dataclasses.replace(frame, stamp=frame.stamp + late * 10 ** 9)
+              for _, frame in zip(range(count), recording.frames(raise_damage))]
+    outcome = evaluate(in_memory(frames, recording.ground_truth), '--gaps', '1')
+    assert outcome.code == 0
+    assert ('check that both have the same clock' in outcome.err) is is_told
+
+
 def test_covariances_and_silent_failures_are_shown(evaluate, recording, tmp_path):
     outcome = evaluate(recording, '--gaps', '1,3', '--json', tmp_path / 'figures.json')
     figures = json.loads((tmp_path / 'figures.json').read_text())

@@ -127,6 +127,20 @@ def test_at_rest_the_bias_is_followed_though_the_keyframe_stays():
     assert gyroscope.bias_sigma.max() < np.radians(0.02)
 
 
+def test_a_recording_that_is_played_again_teaches_what_it_did():
+    """At rest for 25 s: with the same stamps, what was known of frames before is of others."""
+    rng, gyroscope = np.random.default_rng(0), Gyroscope(ImuSettings(), OdometrySettings())
+    for _ in range(3):
+        gyroscope.restart()
+        for time in range(1000, 26_000, 40):
+            gyroscope.add(samples(time - 40, time, lambda now: rng.normal(BIAS, 0.003)))
+            pose = np.eye(4)
+            pose[:3, :3] = se3.exp_rotation(rng.normal(0.0, 2e-4, 3))
+            gyroscope.learn(1000 * MS, time * MS, PoseWithCovariance(pose, 4e-8 * np.eye(6)))
+    assert np.isfinite(gyroscope.bias_sigma).all() and gyroscope.complaint == ''
+    assert (np.abs(gyroscope.bias - BIAS) < 4 * gyroscope.bias_sigma).all()
+
+
 def test_the_frames_since_a_keyframe_have_its_error_in_common():
     """Fifty of them know the bias less than twice as well as the last one."""
     gyroscope = Gyroscope(replace(EXACT_AXES, gyroscope_noise=1e-6, time_offset_sigma=0.0),

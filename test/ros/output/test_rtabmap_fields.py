@@ -3,6 +3,7 @@
 
 """The fields of the messages for RTAB-Map as who subscribes to them receives them."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -159,6 +160,15 @@ def test_the_distance_is_the_sum_of_the_motions_since_the_reset(topics):
     topics.reset()
     topics.show(registered(forward=0.4))
     assert topics.received('odom_info', 5)[-1].distance_travelled == pytest.approx(0.4)
+
+
+def test_images_that_repeat_are_no_way(topics):
+    """Their motion is since the last tracked frame, and the next frame's has it again."""
+    for state in (BaseState.TRACKED, BaseState.CONTINUED, BaseState.CONTINUED, BaseState.TRACKED):
+        frame = registered()
+        topics.show(dataclasses.replace(frame, base=dataclasses.replace(frame.base, state=state)))
+    assert [info.distance_travelled for info in topics.received('odom_info', 4)] == pytest.approx(
+        [0.1, 0.1, 0.1, 0.2])
 
 
 def test_the_motion_is_that_of_the_base_and_what_is_not_known_is_null(topics):
