@@ -69,9 +69,11 @@ class TumSource:
     def __init__(self, folder: Path, options: SourceOptions = SourceOptions()) -> None:
         self.name = folder.resolve().name
         self._folder = folder
-        self._camera = _find_camera(folder, options.camera)
+        if folder.is_file():
+            raise InputError(f'{folder} is a file of a TUM folder: name the folder')
         colour = _read_list(folder, 'rgb.txt')
         depth = _read_list(folder, 'depth.txt')
+        self._camera = _find_camera(folder, options.camera)
         self._skipped = colour.skipped + depth.skipped
         self._imu = read_accelerations(folder)
         self._pairs = _associate(colour.images, depth.images, options.max_interval)

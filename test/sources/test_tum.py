@@ -289,6 +289,18 @@ def test_the_colour_image_of_a_pair_that_does_not_fit_is_named(recorded_folder):
     assert damage[0].startswith(f'{colour}: colour is 32 x 24 and depth 16 x 12 pixels')
 
 
+def test_a_file_of_a_folder_is_not_the_folder(recorded_folder):
+    with pytest.raises(InputError, match='rgb.txt is a file of a TUM folder: name the folder'):
+        TumSource(recorded_folder / 'rgb.txt')
+
+
+def test_a_missing_list_comes_before_a_missing_calibration(recorded_folder):
+    for name in ('camera.json', 'depth.txt'):
+        (recorded_folder / name).unlink()
+    with pytest.raises(InputError, match='depth.txt.*; a TUM folder has rgb.txt and depth.txt'):
+        TumSource(recorded_folder)
+
+
 def test_a_folder_without_a_calibration_says_where_it_was_sought(recorded_folder, tmp_path):
     (recorded_folder / 'camera.json').unlink()
     recorded_folder = recorded_folder.rename(tmp_path / 'desk')

@@ -92,6 +92,9 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
     if source is None:
         raise InputError('nothing to show: name a recording or a run, or give --live')
     if (Path(source) / files.SUMMARY).exists():
+        if settings != Settings() or reading != SourceOptions() or limit is not None:
+            raise InputError(f'{source} is the folder of a run: options of the odometry or of '
+                             'recordings, and --limit, have no effect on it')
         return _show_run(Path(source), save, web)
     recording = open_source(source, reading)
     with viewer(recording.name, save, web) as stream:

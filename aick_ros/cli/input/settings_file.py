@@ -17,6 +17,7 @@ from aick_ros.errors import InputError
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import with_values
+from aick_ros.settings.presets import preset
 
 NODE = 'odom_node'
 
@@ -57,6 +58,15 @@ class _CoreAndNode(NodeSettings, Settings):
     """All parameters that a parameter file may have."""
 
 
+def _preset(name: str, path: Path) -> str:
+    """Return the name of a preset; InputError, naming the file, where there is no such."""
+    try:
+        preset(name)
+    except InputError as error:
+        raise InputError(f'{path}: {error}') from None
+    return name
+
+
 def read_settings_file(path: Path) -> SettingsFile:
     """
     Read a ROS parameter file: the sections for all nodes and for this node.
@@ -78,8 +88,8 @@ def read_settings_file(path: Path) -> SettingsFile:
     changes: dict[str, Any] = {}
     for values in ours:
         changes.update(_flat(values, '', path))
-    preset = changes.pop('preset', None)
-    return SettingsFile(path, str(preset) if preset else None, {
+    named = changes.pop('preset', None)
+    return SettingsFile(path, _preset(str(named), path) if named else None, {
         name: value for name, value in changes.items() if name.split('.')[0] not in _OF_ROS})
 
 

@@ -70,7 +70,7 @@ def test_figures_are_those_of_evaluate_and_failures_are_rows(fleet, aick, record
     assert [(row['recording'], row['set.refinement.mode'], row['status']) for row in rows] == [
         ('damaged', 'none', 'failed'), ('damaged', 'joint', 'failed'),
         ('rendered', 'none', 'done'), ('rendered', 'joint', 'done')]
-    assert 'damaged has no calibration' in rows[0]['reason']
+    assert 'damaged/depth.txt: No such file' in rows[0]['reason']
     assert '2 of 4 runs failed' in outcome.err
     assert len(json.loads((tmp_path / 'rows.json').read_text())) == 4
     for row in rows[2:]:
@@ -86,7 +86,7 @@ def test_figures_are_those_of_evaluate_and_failures_are_rows(fleet, aick, record
         assert (run.source, len(run.records)) == ('rendered', 6)
         assert run.settings['refinement.mode'] == row['set.refinement.mode']
     page = (tmp_path / 'out' / 'report.html').read_text()
-    assert 'damaged has no calibration' in page
+    assert 'damaged/depth.txt: No such file' in page
 
 
 def test_what_is_unchanged_is_not_run_again(fleet, aick, recordings, scheduler, tmp_path):

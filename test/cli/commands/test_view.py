@@ -91,6 +91,10 @@ def test_a_run_is_shown_without_its_recording(aick, folder, tmp_path):
     np.testing.assert_allclose(
         np.concatenate(found['/world/camera/Transform3D:translation']), written, atol=1e-6)
     assert not any('image' in name for name in found)
+    for options in (['--set', 'aick.alpha=0.7'], ['--colour-topic', '/x'], ['--limit', '1']):
+        outcome = aick('view', 'runs/latest', '--save', 'again.rrd', *options)
+        assert outcome.code == 2 and not (tmp_path / 'again.rrd').exists()
+        assert outcome.sentence.startswith('runs/latest is the folder of a run: options of')
 
 
 @pytest.mark.parametrize(('arguments', 'sentence'), [

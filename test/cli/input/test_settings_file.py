@@ -71,3 +71,9 @@ def test_values_of_the_right_kind_are_kept(tmp_path_factory, name, data):
         assert values(result)[name] == drawn
     else:
         assert isinstance(result, InputError)
+
+
+def test_a_preset_that_does_not_exist_is_named_with_its_file(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    path.write_text('odom_node: {ros__parameters: {preset: fast}}')
+    assert str(outcome(path)).startswith(f"{path}: unknown preset 'fast': the presets are ")
