@@ -15,16 +15,14 @@ from aick_ros.geometry import definite
 from aick_ros.geometry.pose import in_axes
 from aick_ros.registration.refinement.misalignment import Correction
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, curvature, gradient_noise, point_to_plane)
+    NormalEquations, PlaneResiduals, curvature, gradient_noise, point_to_plane)
 from aick_ros.settings import Settings
 
 _SMALLEST_FACTOR = 0.01  # chosen: floor of the variance, as a ratio to that by the sensor's noise
 _LARGEST_RESIDUAL = 4.0  # chosen: in standard deviations of the noise, of a point on its plane
 _ROUNDING = 1e-13  # of information, as a ratio to the largest about any direction; chosen
-_ANY_COSINE = 0.0
-"""Of the normals of points that show how well the two frames agree.
-
-Where depth is noisy few of them face as their planes do, and those by chance."""
+_ANY_COSINE = 0.0  # chosen: of the normals of points that show how well the two frames agree
+_LEAST_SHARE = 0.1  # chosen: of the information that is left, whatever the noise of the normals
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,29 +83,52 @@ class DepthPair:
         """
         Return the covariance A^-1 B A^-1 of the pose in the view by this pair alone, 6x6.
 
-        A is the curvature of the robust cost, B has the scatter of the residuals. Velocities are
-        wrong by the same error for many frames, so the motion expected from frame to frame holds
-        the solution together, but does not make it more certain.
+        A is the curvature of the robust cost, without what noise of the normals adds to it, as a
+        point that moves along a wall is paired with other normals. B has the scatter of the
+        residuals, of points whichever way they face: where depth is noisy few face as their planes
+        do, and those by chance. Velocities are wrong by the same error for many frames, so the
+        motion expected from frame to frame holds the solution together, but does not make it more
+        certain.
 
         :param unobserved: 6x6, the covariance of what no surface shows.
         """
         residuals = self._residuals(T_view_source, smallest_cosine=_ANY_COSINE)
-        information = (curvature(residuals) / self.every
-                       * NormalEquations.of([residuals]).information)
-        noise = gradient_noise([residuals]) / self.every ** 2 + _SMALLEST_FACTOR * information
-        # along these axes what no surface shows is exactly so, however little else is known of it
+        scale = curvature(residuals) / self.every
+        information = scale * NormalEquations.of([residuals]).information
+        scatter = gradient_noise([residuals]) / self.every ** 2 + _SMALLEST_FACTOR * information
+        of_normals = scale * float(residuals.weights.mean()) * residuals.normal_noise
         shown, axes = np.linalg.eigh(information)
         is_shown = shown > _ROUNDING * shown[-1]
-        noise = np.where(np.outer(is_shown, is_shown), axes.T @ noise @ axes, 0.0)
+
+        def along_axes(matrix: np.ndarray) -> np.ndarray:
+            """Return a matrix in these axes: nothing where no surface shows anything."""
+            return np.where(np.outer(is_shown, is_shown), axes.T @ matrix @ axes, 0.0)
+
         prior = axes.T @ np.linalg.inv(unobserved) @ axes
-        inverse = np.linalg.inv(np.diag(np.where(is_shown, shown, 0.0)) + prior)
-        covariance = axes @ inverse @ (noise + prior) @ inverse @ axes.T
+        inverse = np.linalg.inv(_less(np.where(is_shown, shown, 0.0), along_axes(of_normals))
+                                + prior)
+        covariance = axes @ inverse @ (along_axes(scatter) + prior) @ inverse @ axes.T
         return definite.nonnegative(0.5 * (covariance + covariance.T))
 
     def _residuals(self, T_view_source: np.ndarray, every: int = 1,
-                   **options: float) -> Residuals:
+                   **options: float) -> PlaneResiduals:
         """Return the distances of the frame's points from planes of the view, whitened."""
         refinement = self.settings.refinement
         return point_to_plane(
             self.source, self.view, T_view_source, self.settings.sensor, refinement.robust_width,
             refinement.reach, self.correction, every=every, **options)
+
+
+def _less(shown: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """
+    Return information less the noise in it, KxK.
+
+    :param shown: K, the information along each axis; zero where there is none, nor noise.
+    :param noise: KxK.
+    """
+    roots = np.sqrt(shown)
+    per_root = np.divide(1.0, roots, out=np.zeros_like(roots), where=shown > 0.0)
+    shares, axes = np.linalg.eigh(per_root[:, None] * noise * per_root)
+    axes = roots[:, None] * axes
+    less: np.ndarray = axes * np.clip(1.0 - shares, _LEAST_SHARE, 1.0) @ axes.T
+    return less

@@ -40,12 +40,16 @@ def test_residuals_are_those_of_both_surfaces_corrected(monkeypatch):
 def told(monkeypatch):
     """Return a pair of known information and noise, the truth being that the view sees MOTION."""
     def make(information, noise, weight=1.0, T_view_target=BESIDE, every=1, asked=[],
-             curvature=1.0):
+             curvature=1.0, of_normals=np.zeros((6, 6)), weights=1.0):
         def equations(residuals):
-            error = se3.difference(residuals[0], T_view_target @ MOTION)
+            error = se3.difference(residuals[0].pose, T_view_target @ MOTION)
             return NormalEquations(information, information @ error)
-        monkeypatch.setattr(depth_pair, 'point_to_plane',
-                            lambda *of, **options: asked.append(options) or of[2])
+
+        def residuals(source, view, pose, *rest, **options):
+            asked.append(options)
+            return SimpleNamespace(pose=pose, weights=np.full(9, weights),
+                                   normal_noise=of_normals)
+        monkeypatch.setattr(depth_pair, 'point_to_plane', residuals)
         monkeypatch.setattr(depth_pair.NormalEquations, 'of', equations)
         monkeypatch.setattr(depth_pair, 'gradient_noise', lambda residuals: noise)
         monkeypatch.setattr(depth_pair, 'curvature', lambda residuals: curvature)
@@ -85,6 +89,22 @@ def test_points_count_for_the_covariance_whichever_way_they_face(told):
     asked = []
     told(np.eye(6), np.eye(6), asked=asked).covariance(MOTION, UNOBSERVED)
     assert asked == [{'every': 1, 'smallest_cosine': 0.0}]
+
+
+@pytest.mark.parametrize('share, weights, left', [
+    (0.5, 1.0, 0.5), (0.5, 0.6, 0.7), (0.95, 1.0, 0.1), (1.3, 1.0, 0.1), (0.0, 1.0, 1.0)])
+def test_what_noise_of_normals_adds_to_the_information_is_none(told, made, share, weights, left):
+    """But for a tenth, as it is known roughly; where it is about one direction, only there."""
+    information = np.linalg.inv(made.covariance() + 1e-6 * np.eye(6))
+    prior = np.linalg.inv(UNOBSERVED)
+    root = np.linalg.cholesky(information)
+    for axes in (np.eye(6), np.diag([1.0, 0, 0, 0, 0, 0])):
+        kept = np.where(axes.diagonal() > 0.0, left, 1.0)
+        inverse = np.linalg.inv(root * kept @ root.T + prior)
+        np.testing.assert_allclose(
+            told(information, np.zeros((6, 6)), of_normals=share * root @ axes @ root.T,
+                 weights=weights).covariance(MOTION, UNOBSERVED),
+            inverse @ (0.01 * information + prior) @ inverse, rtol=1e-6, atol=1e-12)
 
 
 @pytest.mark.parametrize('minutes', [0.1, 2.0, 10.0])

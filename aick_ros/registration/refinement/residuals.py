@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from statistics import NormalDist
 
 import numpy as np
@@ -82,10 +82,12 @@ class PlaneResiduals(Residuals):
 
     :param points: Nx3, the points of the source moved into the target [m].
     :param directions: Nx3, derivatives of the residuals by these points.
+    :param normal_noise: 6x6, what noise of the normals adds to ``jacobian.T @ jacobian``.
     """
 
     points: np.ndarray
     directions: np.ndarray
+    normal_noise: np.ndarray = field(default_factory=lambda: _NONE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,11 +248,12 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
         sensor.depth_exponent - 2.0, reach, smallest_cosine, width, MEDIAN_1,
         _LARGEST_SCALE ** 2, _SHARE_OBSERVED, _RIDGE,
         values, jacobian, weights, points, directions, blocks, sums)
-    jacobian = jacobian[:found]
+    jacobian, noise = jacobian[:found], sums[1]
     if not is_observed:
-        jacobian = jacobian @ _observable_projection(*sums)
+        projection = _observable_projection(*sums)
+        jacobian, noise = jacobian @ projection, projection.T @ noise @ projection
     return PlaneResiduals(values[:found], jacobian, weights[:found], blocks[:found],
-                          points[:found], directions[:found])
+                          points[:found], directions[:found], noise)
 
 
 def _observable_projection(information: np.ndarray, noise: np.ndarray) -> np.ndarray:

@@ -223,6 +223,7 @@ def test_the_noise_of_the_information_is_by_the_normals_of_both_frames(monkeypat
     np.testing.assert_allclose(sums[0], found.jacobian.T @ found.jacobian, rtol=1e-6, atol=1e-3)
     expected = by_pose.T @ by_pose / 2
     np.testing.assert_allclose(sums[1], expected, atol=1e-5 * np.abs(expected).max())
+    np.testing.assert_array_equal(found.normal_noise, sums[1])
 
 
 def test_distances_share_a_block_where_the_target_sees_them_within_a_fifth_of_a_ray():
@@ -243,6 +244,7 @@ def test_point_to_plane_of_a_noisy_wall_observes_nothing_along_it():
     assert np.linalg.eigvalsh(information)[3:].min() > 1e5
     for axis in (0, 1, 5):
         assert information[axis, axis] < 300
+        assert found.normal_noise[axis, axis] < 300  # of what is not projected alone
 
 
 def test_directions_are_observed_by_the_share_that_is_not_noise():
