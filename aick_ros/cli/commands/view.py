@@ -82,8 +82,9 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
         raise InputError('--save and --web exclude each other: give one of them')
     check_target(None if save is None else str(save), source, config, camera,
                  settings.aick.vocabulary)
+    is_plain = settings == Settings() and reading == SourceOptions()
     if live:
-        if source is not None or settings != Settings() or reading != SourceOptions():
+        if source is not None or not is_plain:
             raise InputError('--live shows a running node: neither a source nor options of the '
                              'odometry or of recordings have an effect')
         return _watch(namespace, remap or [], save, web, limit)
@@ -92,10 +93,7 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
     if source is None:
         raise InputError('nothing to show: name a recording or a run, or give --live')
     if (Path(source) / files.SUMMARY).exists():
-        if settings != Settings() or reading != SourceOptions() or limit is not None:
-            raise InputError(f'{source} is the folder of a run: options of the odometry or of '
-                             'recordings, and --limit, have no effect on it')
-        return _show_run(Path(source), save, web)
+        return _show_run(Path(source), save, web, is_plain and limit is None)
     recording = open_source(source, reading)
     with viewer(recording.name, save, web) as stream:
         code = _run(recording, limit, settings, _view(stream, recording.ground_truth))
@@ -138,7 +136,11 @@ def _hints(watcher: Watcher) -> Iterator[None]:
     say(f'odom_node is there: {watcher.topic} is shown')
 
 
-def _show_run(path: Path, save: Path | None, web: bool) -> int:
+def _show_run(path: Path, save: Path | None, web: bool, is_plain: bool) -> int:
+    """Show what a run has written; without options that it was begun with, or should have been."""
+    if not is_plain:
+        raise InputError(f'{path} is the folder of a run: options of the odometry or of '
+                         'recordings, and --limit, have no effect on it')
     run = read_run(path)
     with viewer(run.source, save, web) as stream:
         shown = _view(stream, run.ground_truth)
