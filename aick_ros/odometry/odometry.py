@@ -40,7 +40,8 @@ from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
-from aick_ros.registration.systematic_error import errors_of_offset, errors_of_stamps
+from aick_ros.registration.systematic_error import (
+    errors_of_focal_lengths, errors_of_offset, errors_of_stamps)
 from aick_ros.settings import Settings
 
 
@@ -420,12 +421,13 @@ class Odometry:
             motion = self._increment_bias.add_to(motion, shown, last.prepared.scene_depth)
         # by depth alone a motion follows depth wholly, by keypoints alone not at all
         gain = attempt.seen.is_by_depth * np.eye(6) if shown is None else shown.gain
-        offset = errors_of_offset(
-            motion.matrix, self._learned.misalignment.offset_covariance, gain)
+        camera = self._learned.misalignment
+        offset = errors_of_offset(motion.matrix, camera.offset_covariance, gain)
+        focal = errors_of_focal_lengths(motion.matrix, camera.focal_covariance, gain)
         increment = Increment(motion, seconds(last.stamp, prepared.stamp))
         change = np.zeros(6) if self._twist is None else increment.twist - self._twist
         timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)
-        increment = Increment(motion.with_covariance(motion.covariance + offset + timing),
+        increment = Increment(motion.with_covariance(motion.covariance + offset + focal + timing),
                               increment.interval)
         if attempt.registration.is_by_depth:
             return increment

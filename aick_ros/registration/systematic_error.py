@@ -49,6 +49,8 @@ interval old, and a quarter of it is taken from that before. The errors measured
 real recordings and three rendered cameras are 0.66 to 0.74 of the change in one interval. The
 filtered velocity of earlier frames errs by no more on the excerpts."""
 
+_ACROSS = np.array([1.0, 1.0, 0.0, 1.0, 1.0, 0.0])  # by definition: components across the axis
+
 
 class SystematicError:
     """Adds systematic errors to the covariances of one camera's registrations, in time order."""
@@ -128,6 +130,25 @@ def errors_of_offset(motion: np.ndarray, offset: np.ndarray, gain: np.ndarray) -
     """
     by_offset = gain @ (in_axes(motion[:3, :3]) - at_point(motion[:3, 3]))
     covariance: np.ndarray = by_offset @ offset @ by_offset.T
+    return covariance
+
+
+def errors_of_focal_lengths(motion: np.ndarray, errors: np.ndarray,
+                            gain: np.ndarray) -> np.ndarray:
+    """
+    Return the covariance that errors of two focal lengths add to a motion, 6x6.
+
+    A focal length that is too short shows all rays too steep: motions across the optical axis, and
+    turns about axes across it, are too large by as much, to first order.
+
+    :param motion: ``T_target_source`` or the motion between two such poses, 4x4.
+    :param errors: 2x2, covariance of the relative errors of the colour and the depth image.
+    :param gain: 6x6, by which the motion follows depth.
+    """
+    across = _ACROSS * se3.log(motion)
+    by_depth = gain @ across
+    by_errors = np.column_stack([across - by_depth, by_depth])
+    covariance: np.ndarray = by_errors @ errors @ by_errors.T
     return covariance
 
 

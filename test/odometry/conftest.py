@@ -180,13 +180,14 @@ class Steps:
 
 
 @pytest.fixture
-def without_offset(monkeypatch):
+def calibrated(monkeypatch):
     """Let images be known to be registered, so that motions have no error of that."""
     monkeypatch.setattr(MisalignmentEstimate, 'offset_covariance', np.zeros((6, 6)))
+    monkeypatch.setattr(MisalignmentEstimate, 'focal_covariance', np.zeros((2, 2)))
 
 
 @pytest.fixture
-def parts(monkeypatch, without_offset):
+def parts(monkeypatch, calibrated):
     """Return the parts of the odometries that a test makes, of images known to be registered."""
     parts = Parts()
     for name in ('Registrar', 'Gyroscope', 'Gravity', 'OtherOdometry', 'Plane', 'PositionFilter',

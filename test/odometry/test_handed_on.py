@@ -17,7 +17,7 @@ from aick_ros.odometry.reference import Reference
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.result import Evidence, SensorBias
 from aick_ros.registration.status import Status
-from aick_ros.registration.systematic_error import errors_of_offset
+from aick_ros.registration.systematic_error import errors_of_focal_lengths, errors_of_offset
 
 START = se3.exp([1.0, 2.0, 3.0, 0.3, -0.2, 0.5])
 DARK = Evidence.DEPTH_ALONE
@@ -278,11 +278,12 @@ def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_t
 @pytest.mark.parametrize('evidence, shown, gain', [
     (Evidence.KEYPOINTS, np.diag([0.9, 0.8, 0.7, 0.3, 0.2, 0.1]), None),
     (Evidence.KEYPOINTS, None, np.zeros((6, 6))), (DARK, None, np.eye(6))])
-def test_an_increment_has_the_error_of_depth_that_may_not_be_registered(
+def test_an_increment_has_the_errors_of_a_camera_that_may_be_misaligned(
         parts, tracked, attempt_to, monkeypatch, evidence, shown, gain):
     """By as much as it follows depth: wholly in the dark, and not by keypoints alone."""
-    offset = np.diag([4e-4, 1e-4, 2e-4, 1e-3, 2e-3, 1e-3])
+    offset, focal = np.diag([4e-4, 1e-4, 2e-4, 1e-3, 2e-3, 1e-3]), np.diag([1e-3, 2e-3])
     monkeypatch.setattr(MisalignmentEstimate, 'offset_covariance', offset)
+    monkeypatch.setattr(MisalignmentEstimate, 'focal_covariance', focal)
     bias = None if shown is None else SensorBias(np.zeros(6), 1e-8 * np.eye(6), shown)
     motion = PoseWithCovariance(se3.exp([0.1, 0.0, -0.1, 0.2, 0.1, -0.1]), 1e-8 * np.eye(6))
     monkeypatch.setattr(Reference, 'motion_to', lambda last, seen: (motion, bias))
@@ -291,9 +292,11 @@ def test_an_increment_has_the_error_of_depth_that_may_not_be_registered(
     _, update = tracked(attempt_to(), attempt_to(evidence=evidence))
     seen = (update.increment if evidence is DARK
             else parts.asked('ExpectedMotion', 'joined_increment')[-1][0])
+    gain = shown if gain is None else gain
     np.testing.assert_allclose(
         seen.pose.covariance - motion.covariance,
-        errors_of_offset(motion.matrix, offset, shown if gain is None else gain), atol=1e-15)
+        errors_of_offset(motion.matrix, offset, gain)
+        + errors_of_focal_lengths(motion.matrix, focal, gain), atol=1e-15)
 
 
 def test_registered_to_another_frame_the_increment_is_that_registration(

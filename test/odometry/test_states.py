@@ -96,7 +96,7 @@ def at_constant_velocity(stamp):
 
 
 @pytest.fixture
-def made(monkeypatch, without_offset):
+def made(monkeypatch, calibrated):
     """Return a function that makes an odometry with the registrar that it gets."""
     def make(path=at_constant_velocity, **values):
         registrar = Registrar(path)

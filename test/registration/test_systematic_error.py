@@ -18,7 +18,8 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
-from aick_ros.registration.systematic_error import SystematicError, errors_of_offset
+from aick_ros.registration.systematic_error import (
+    SystematicError, errors_of_focal_lengths, errors_of_offset)
 
 NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the bias
 OWN = se3.skew([0.1, 0.2, 0.3]) @ se3.skew([0.1, 0.2, 0.3]).T
@@ -290,3 +291,33 @@ def test_an_offset_acts_where_motions_by_depth_and_by_colour_differ():
     np.testing.assert_allclose(errors_of_offset(motion, covariance, gain), expected, rtol=1e-4,
                                atol=1e-5 * np.abs(expected).max())
     assert not errors_of_offset(np.eye(4), covariance, gain).any()
+
+
+def motion_seen(points, motion, longer):
+    """Return the motion of a camera whose rays are all too steep, by one step on projections."""
+    stretch = np.array([longer, longer, 1.0])
+    seen, moved = points * stretch, se3.transform(motion, points) * stretch
+    project = np.array([[[1, 0, -x / z], [0, 1, -y / z]] / z for x, y, z in seen])
+    jacobian = project @ [np.hstack([np.eye(3), -se3.skew(point)]) for point in seen]
+    residuals = moved[:, :2] / moved[:, 2:] - seen[:, :2] / seen[:, 2:]
+    return np.linalg.lstsq(jacobian.reshape(-1, 6), residuals.ravel(), rcond=None)[0]
+
+
+@pytest.mark.parametrize('axis', range(6))
+def test_a_focal_length_that_is_too_short_lets_motions_across_the_axis_seem_longer(axis):
+    points = np.random.default_rng(1).uniform([-0.2, -0.2, 1.0], [0.2, 0.2, 3.0], (500, 3))
+    motion = se3.exp(1e-4 * np.eye(6)[axis])
+    off = motion_seen(points, motion, 1.01) - motion_seen(points, motion, 1.0)
+    for gain, errors in ((1.0, np.diag([0.0, 1e-4])), (0.0, np.diag([1e-4, 0.0])),
+                         (0.3, np.full((2, 2), 1e-4))):
+        np.testing.assert_allclose(
+            errors_of_focal_lengths(motion, errors, gain * np.eye(6)), np.outer(off, off),
+            atol=0.05 * 1e-12)
+
+
+def test_focal_lengths_err_by_what_follows_each():
+    motion, gain = se3.exp([0.1, 0, 0.2, 0, 0.05, 0.1]), 0.25 * np.eye(6)
+    by_both = errors_of_focal_lengths(motion, np.diag([1e-4, 4e-4]), gain)
+    by_one = errors_of_focal_lengths(motion, np.diag([1e-4, 0.0]), 0 * gain)
+    np.testing.assert_allclose(by_both, (0.75 ** 2 + 4 * 0.25 ** 2) * by_one)
+    assert not errors_of_focal_lengths(motion, np.full((2, 2), 1e-4), gain)[[2, 5]].any()

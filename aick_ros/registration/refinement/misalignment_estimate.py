@@ -39,7 +39,7 @@ _DESIGN_EFFECT = 10.0  # of the information: residuals have common errors
 _PRIOR = np.diag(_DESIGN_EFFECT / PRIOR_SIGMAS ** 2)
 """Information about the ten numbers before any registration, 10x10."""
 
-_OFFSET_PRIOR = np.diag(PRIOR_SIGMAS[_OFFSET] ** 2)
+_PROBABILITY = 0.5  # of an error of a camera, before any registration; chosen: as likely as none
 
 _SIGNIFICANT = {6: (45.0, 22.0, 15.0), 2: (50.0, 26.0, 22.0)}
 """Square of an estimate by its variance, both weighted by the information, from which on it is
@@ -79,7 +79,8 @@ class MisalignmentEstimate:
         self._mean_gain = 0.0
         self._applied: tuple[slice, ...] = ()
         self._delay_sigma = _LARGEST_DELAY_SIGMA
-        self._offset_covariance = 0.5 * _OFFSET_PRIOR  # as likely as none
+        self._offset_covariance = _unknown(_OFFSET)
+        self._focal_covariance = _unknown(_FOCAL)
 
     @property
     def misalignment(self) -> Misalignment:
@@ -95,6 +96,11 @@ class MisalignmentEstimate:
     def offset_covariance(self) -> np.ndarray:
         """Covariance of the offset that is corrected, 6x6: also where none is."""
         return self._offset_covariance
+
+    @property
+    def focal_covariance(self) -> np.ndarray:
+        """Covariance of the relative errors of both focal lengths, colour and depth, 2x2."""
+        return self._focal_covariance
 
     def assume(self, known: Misalignment) -> None:
         """Continue with another known misalignment; what was learned of the camera is kept."""
@@ -137,7 +143,8 @@ class MisalignmentEstimate:
                 values[unknowns] = 0.0
         self._misalignment = Misalignment.of(self._known.values + values)
         self._delay_sigma = self._sigma_of_delay(values, *by_all)
-        self._offset_covariance = self._covariance_of_offset(values, *by_all)
+        self._offset_covariance = self._covariance_of(_OFFSET, values, *by_all)
+        self._focal_covariance = self._covariance_of(_FOCAL, values, *by_all)
 
     def _sigma_of_delay(self, applied: np.ndarray, estimate: np.ndarray,
                         scatter: np.ndarray) -> float:
@@ -152,24 +159,25 @@ class MisalignmentEstimate:
         variance = covariance[_DELAY, _DELAY] + (estimate - applied)[_DELAY] ** 2
         return min(float(np.sqrt(variance)), _LARGEST_DELAY_SIGMA)
 
-    def _covariance_of_offset(self, applied: np.ndarray, estimate: np.ndarray,
-                              scatter: np.ndarray) -> np.ndarray:
+    def _covariance_of(self, part: slice, applied: np.ndarray, estimate: np.ndarray,
+                       scatter: np.ndarray) -> np.ndarray:
         """
-        Return the covariance of the offset, 6x6, by all unknowns together.
+        Return the covariance of one part of the unknowns, by all of them together.
 
-        Where none is applied there may be none, as is likely for a camera that was calibrated.
-        An offset by the prior is as likely as none at first, and later by Bayes' rule.
+        Where none is applied there may be none, as is likely for a camera that was calibrated:
+        by Bayes' rule.
 
         Parameters are as for :meth:`_sigma_of_delay`.
         """
-        covariance = self._equations.full_covariance(scatter, _DESIGN_EFFECT)[_OFFSET, _OFFSET]
+        covariance = self._equations.full_covariance(scatter, _DESIGN_EFFECT)[part, part]
         if not np.isfinite(covariance).all():
-            return 0.5 * _OFFSET_PRIOR
-        estimate, error = estimate[_OFFSET], (estimate - applied)[_OFFSET]
+            return _unknown(part)
+        estimate, error = estimate[part], (estimate - applied)[part]
         square = float(estimate @ definite.solve(covariance, estimate))
-        contraction = np.linalg.slogdet(definite.solve(_OFFSET_PRIOR, covariance))[1]
-        probability = (1.0 if applied[_OFFSET].any()
-                       else 0.5 + 0.5 * math.tanh(0.25 * (square + contraction)))
+        prior = np.diag(PRIOR_SIGMAS[part] ** 2)
+        contraction = np.linalg.slogdet(definite.solve(prior, covariance))[1]
+        odds = math.log(_PROBABILITY / (1.0 - _PROBABILITY)) + 0.5 * (square + contraction)
+        probability = 1.0 if applied[part].any() else 0.5 + 0.5 * math.tanh(0.5 * odds)
         return probability * (covariance + np.outer(error, error))
 
     def _margins(self, parts: tuple[slice, ...], estimate: np.ndarray,
@@ -186,6 +194,11 @@ class MisalignmentEstimate:
             margin = min(significance / _SIGNIFICANT[size][latest], square / _LARGE[size])
             margins.append(margin / _STILL_SIGNIFICANT if part in self._applied else margin)
         return margins
+
+
+def _unknown(part: slice) -> np.ndarray:
+    """Return the covariance of unknowns before any registration."""
+    return _PROBABILITY * np.diag(PRIOR_SIGMAS[part] ** 2)
 
 
 def _unknowns(parts: tuple[slice, ...]) -> np.ndarray:

@@ -164,7 +164,12 @@ def noisy_samples(true, count, seed=1):
         yield MisalignmentSample(jacobian.T @ jacobian, jacobian.T @ residuals)
 
 
-def test_the_error_of_the_offset_is_as_large_as_is_said_of_it():
+OFFSET, FOCAL_LENGTHS = slice(0, 6), slice(8, 10)
+COVARIANCES = [('offset_covariance', OFFSET), ('focal_covariance', FOCAL_LENGTHS)]
+
+
+@pytest.mark.parametrize('covariance, part', COVARIANCES)
+def test_an_error_of_the_camera_is_as_large_as_is_said_of_it(covariance, part):
     """At every moment, whether it is applied yet or not, of cameras drawn by the prior."""
     distances, applied = [], []
     for seed in range(40):
@@ -173,26 +178,31 @@ def test_the_error_of_the_offset_is_as_large_as_is_said_of_it():
         for count, sample in enumerate(noisy_samples(true, 80, seed)):
             estimate.learn(sample)
             if count % 20 == 19:
-                error = estimate.misalignment.offset - true[:6]
-                distances.append(error @ np.linalg.solve(estimate.offset_covariance, error))
-                applied.append(estimate.misalignment.offset.any())
-    for is_applied, lower, upper in ((True, 4.5, 7.0), (False, 3.0, 9.0)):
-        of_them = np.array(distances)[np.equal(applied, is_applied)]
+                found = estimate.misalignment.values[part]
+                error = found - true[part]
+                distances.append(error @ np.linalg.solve(getattr(estimate, covariance), error))
+                applied.append(found.any())
+    for is_applied, lower, upper in ((True, 0.75, 1.2), (False, 0.5, 1.5)):
+        of_them = np.array(distances)[np.equal(applied, is_applied)] / (part.stop - part.start)
         assert len(of_them) > 40
         assert lower < np.mean(of_them) < upper
 
 
-def offset_sigmas(series):
-    """Return the standard deviations of the offset as ratios to those of the prior."""
+def sigmas_after(series, covariance, part):
+    """Return standard deviations that an estimate gives, as ratios to those of the prior."""
     estimate = MisalignmentEstimate()
     for sample in series:
         estimate.learn(sample)
-    return np.sqrt(np.diag(estimate.offset_covariance)) / PRIOR_SIGMAS[:6]
+    return np.sqrt(np.diag(getattr(estimate, covariance))) / PRIOR_SIGMAS[part]
 
 
-def test_an_offset_is_as_likely_as_none_until_registrations_tell():
-    np.testing.assert_allclose(offset_sigmas([]), np.sqrt(0.5))
-    assert (offset_sigmas(noisy_samples(np.zeros(10), 80)) < 0.05).all()
-    seen = offset_sigmas(samples(TRUE, 15)) * PRIOR_SIGMAS[:6]
-    assert (seen > 0.6 * np.abs(TRUE[:6])).all()  # it is not applied yet
-    assert (offset_sigmas(samples(TRUE, 30)) < 0.2).all()
+@pytest.mark.parametrize('covariance, part', COVARIANCES)
+def test_an_error_of_the_camera_is_as_likely_as_none_until_registrations_tell(covariance, part):
+    def sigmas(series):
+        return sigmas_after(series, covariance, part)
+
+    np.testing.assert_allclose(sigmas([]), np.sqrt(0.5))
+    assert (sigmas(noisy_samples(np.zeros(10), 80)) < 0.1).all()
+    seen = sigmas(samples(TRUE, 15)) * PRIOR_SIGMAS[part]
+    assert (seen > 0.6 * np.abs(TRUE[part])).all()  # it is not applied yet
+    assert (sigmas(samples(TRUE, 30)) < 0.2).all()
