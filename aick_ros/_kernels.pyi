@@ -101,9 +101,9 @@ def jackknife(
         information: np.ndarray, gradients: np.ndarray, prior: np.ndarray, known: np.ndarray,
         unknowns: np.ndarray, estimate: np.ndarray, scatter: np.ndarray) -> bool: ...
 def joint_estimate(
-    information: np.ndarray, gradient: np.ndarray, noise: np.ndarray,
+    information: np.ndarray, gradient: np.ndarray, noise: np.ndarray, curvature: float,
     other_information: np.ndarray, other_gradient: np.ndarray, other_noise: np.ndarray,
-    prior: np.ndarray, share: float, bias: np.ndarray, pose: np.ndarray, result: np.ndarray,
+    other_curvature: float, prior: np.ndarray, share: float, bias: np.ndarray, pose: np.ndarray, result: np.ndarray,
     covariance: np.ndarray, gain: np.ndarray) -> None: ...
 def kalman_measurement(
     values: np.ndarray, covariance: np.ndarray, rows: np.ndarray, noise: np.ndarray,

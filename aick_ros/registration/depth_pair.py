@@ -93,7 +93,7 @@ class DepthPair:
         :param unobserved: 6x6, the covariance of what no surface shows.
         """
         residuals = self._residuals(T_view_source, smallest_cosine=_ANY_COSINE)
-        scale = curvature(residuals) / self.every
+        scale = curvature([residuals]) / self.every
         information = scale * NormalEquations.of([residuals]).information
         scatter = gradient_noise([residuals]) / self.every ** 2 + _SMALLEST_FACTOR * information
         of_normals = scale * float(residuals.weights.mean()) * residuals.normal_noise

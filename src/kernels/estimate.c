@@ -42,9 +42,11 @@ static void find_damping(const Matrix information, double weight, const Matrix b
   add_square_product(*seen, *gains, -1.0, damping);
 }
 
-// Equations of a pose, and the covariance of their gradient.
+// Equations of a pose, and the covariance of their gradient. Their cost is curved by a ratio of
+// what the information says.
 typedef struct {
   double (*information)[UNKNOWNS], *gradient, (*noise)[UNKNOWNS];
+  double curvature;
 } Equations;
 
 // Set the equations of residuals with a weight that see the pose with a bias of a covariance,
@@ -152,8 +154,8 @@ PyObject *kernel_estimate(PyObject *module, PyObject *arguments) {
       {views[4].buf, views[5].buf, views[6].buf, views[7].buf, others}};
   Matrix information = {{0.0}}, noise = {{0.0}};
   double gradient[UNKNOWNS] = {0.0};
-  Equations equations = {information, gradient, noise};
-  Equations marginal = {views[12].buf, views[13].buf, views[14].buf};
+  Equations equations = {information, gradient, noise, 1.0};
+  Equations marginal = {views[12].buf, views[13].buf, views[14].buf, 1.0};
   Estimate found = {views[10].buf, views[11].buf, 0.0};
   const Py_ssize_t end = end_of_blocks(&kinds[0]);
   const Py_ssize_t ends[2] = {end, end < 0 ? end : end_of_blocks(&kinds[1])};
@@ -177,13 +179,19 @@ typedef struct {
 } Joint;
 
 // Move a pose to the joint estimate by two equations and a prior. A share of the information is
-// added to the covariance of the gradient, and that of a bias to the one of the pose.
+// added to the covariance of the gradient, and that of a bias to the one of the pose. No cost is
+// curved more than the information says, so the step is by that; noise moves the minimum by more.
 static void join(const Equations *of, const Matrix prior, double share, const Matrix bias,
                  const double *pose, Joint *to) {
-  Matrix information, scatter, with_prior, inverse, gains = {{0.0}};
+  Matrix information, curved, scatter, with_prior, inverse, moved, gains = {{0.0}};
   add(of[0].information, of[1].information, information);
   add(information, prior, with_prior);
   set_inverse(with_prior, inverse);
+  for (int i = 0; i < UNKNOWNS; ++i)
+    for (int j = 0; j < UNKNOWNS; ++j)
+      curved[i][j] = of[0].curvature * of[0].information[i][j] +
+                     of[1].curvature * of[1].information[i][j] + prior[i][j];
+  set_inverse(curved, moved);
   add(of[0].noise, of[1].noise, scatter);
   add(scatter, prior, scatter);
   double step[UNKNOWNS] = {0.0};
@@ -196,17 +204,18 @@ static void join(const Equations *of, const Matrix prior, double share, const Ma
     }
   }
   perturb(pose, step, to->pose);
-  add_square_product(*inverse, *scatter, 1.0, gains);
-  add_square_product(*gains, *inverse, 1.0, to->covariance);
+  add_square_product(*moved, *scatter, 1.0, gains);
+  add_square_product(*gains, *moved, 1.0, to->covariance);
   add_square_product(*inverse, *of[1].information, 1.0, to->gain);
 }
 
 PyObject *kernel_joint_estimate(PyObject *module, PyObject *arguments) {
   PyObject *objects[12];
-  double share;
-  if (!PyArg_ParseTuple(arguments, "OOOOOOOdOOOOO", &objects[0], &objects[1], &objects[2],
-                        &objects[3], &objects[4], &objects[5], &objects[6], &share, &objects[7],
-                        &objects[8], &objects[9], &objects[10], &objects[11]))
+  double curvature, other_curvature, share;
+  if (!PyArg_ParseTuple(arguments, "OOOdOOOdOdOOOOO", &objects[0], &objects[1], &objects[2],
+                        &curvature, &objects[3], &objects[4], &objects[5], &other_curvature,
+                        &objects[6], &share, &objects[7], &objects[8], &objects[9],
+                        &objects[10], &objects[11]))
     return NULL;
   const Py_ssize_t size = UNKNOWNS * UNKNOWNS;
   const Argument needed[] = {
@@ -227,8 +236,9 @@ PyObject *kernel_joint_estimate(PyObject *module, PyObject *arguments) {
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const Py_buffer *views = arrays.views;
-  const Equations equations[2] = {{views[0].buf, views[1].buf, views[2].buf},
-                                  {views[3].buf, views[4].buf, views[5].buf}};
+  const Equations equations[2] = {
+      {views[0].buf, views[1].buf, views[2].buf, curvature},
+      {views[3].buf, views[4].buf, views[5].buf, other_curvature}};
   Joint joint = {views[9].buf, views[10].buf, views[11].buf};
   join(equations, views[6].buf, share, views[7].buf, views[8].buf, &joint);
   close_arrays(&arrays);

@@ -104,7 +104,7 @@ def test_the_accumulated_covariance_shrinks_when_a_place_is_seen_again(walked):
     All registrations of the view found share an error V; A is the covariance of the way there
     without it. Two independent ways, the other one no worse than A + V, determine the pose better
     than the way there: 0.5 (A + V) + V < A + V, once A > V. What is left of the correction, in one
-    direction of all six, is part of the covariance and becomes less.
+    direction of all six, is part of the covariance.
     """
     ratios = np.array([eigh(kept.pose.covariance, reckoned.pose.covariance, eigvals_only=True)
                        for kept, reckoned in zip(*(updates[1:] for updates in walked))])
@@ -113,10 +113,10 @@ def test_the_accumulated_covariance_shrinks_when_a_place_is_seen_again(walked):
     np.testing.assert_allclose(ratios[:found], 1.0, atol=1e-6)
     others, along_correction = ratios[found:, :5], ratios[found:, 5]
     assert (others < 1.0).all()
-    assert along_correction[-1] < along_correction[0]
+    assert along_correction[-1] < 1.1
     if int(cv2.__version__.split('.')[0]) >= 5:  # by keypoints of OpenCV 4 fewer places are found
         assert (others[-1] < 0.8).all()
-        assert along_correction[-1] < 1.1 < along_correction.max()
+        assert (along_correction < 0.9).all()
 
 
 def lookalike_room():

@@ -59,7 +59,7 @@ inverse_pose d:4,4 d>4,4
 inverted_warps d:n,2,2 d>n,2,2
 is_rigid d:4,4
 jackknife d:2,u,u d:2,u d:u,u d:u q:k d>u d>2,u
-joint_estimate d:6,6 d:6 d:6,6 d:6,6 d:6 d:6,6 d:6,6 %f d:6,6 d:4,4 d>4,4 d>6,6 d>6,6
+joint_estimate d:6,6 d:6 d:6,6 %f d:6,6 d:6 d:6,6 %f d:6,6 %f d:6,6 d:4,4 d>4,4 d>6,6 d>6,6
 kalman_measurement d:n d:n,n d:k,n d:k,k d:k %f d>n d>n,n
 kalman_update d:n,n d:k,n d:k,k d>k,k d>n,k d>n,n d>n,n
 is_valid_depth f:h,v %f %f

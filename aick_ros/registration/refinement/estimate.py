@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import kernels
-from aick_ros.registration.refinement.residuals import PRIOR, NormalEquations, Residuals
+from aick_ros.registration.refinement.residuals import PRIOR, NormalEquations, Residuals, curvature
 
 _SMALLEST_FACTOR = 0.01
 """Variance that is added, as a ratio to that by the sensor's noise: a tenth of its sigma, chosen.
@@ -33,6 +33,7 @@ class Estimate:
         without data.
     :param marginal: weighted normal equations without the prior, the bias marginalised.
     :param scatter: covariance of their gradient by the scatter, 6x6.
+    :param curvature: of the robust cost, as a ratio to what the information says.
     """
 
     error: np.ndarray
@@ -40,6 +41,7 @@ class Estimate:
     design_effect: float
     marginal: NormalEquations
     scatter: np.ndarray
+    curvature: float
 
     @classmethod
     def of(cls, kinds: Sequence[Residuals], weight: float, bias: np.ndarray) -> Estimate:
@@ -57,7 +59,7 @@ class Estimate:
             other.weights, other.blocks, PRIOR, weight, bias, error, covariance, information,
             gradient, scatter)
         return cls(error, covariance, design_effect, NormalEquations(information, gradient),
-                   scatter)
+                   scatter, curvature(kinds))
 
 
 def joint_estimate(keypoints: Estimate, depth: Estimate, pose: np.ndarray,
@@ -65,9 +67,9 @@ def joint_estimate(keypoints: Estimate, depth: Estimate, pose: np.ndarray,
     """
     Return the pose by both sensors, its covariance, and by how much it follows depth.
 
-    The covariance is A^-1 B A^-1 and that of the bias. A is the information, B the covariance of
-    the gradient by the scatter that each sensor has about its own optimum; the prior is part of
-    both, once.
+    The covariance is A^-1 B A^-1 and that of the bias. A is the curvature of the robust cost, B
+    the covariance of the gradient by the scatter that each sensor has about its own optimum; the
+    prior is part of both, once.
 
     :param pose: 4x4, about which both are estimated.
     :param bias: covariance of the one between them, 6x6.
@@ -76,6 +78,6 @@ def joint_estimate(keypoints: Estimate, depth: Estimate, pose: np.ndarray,
     found, covariance, gain = np.empty((4, 4)), np.empty((6, 6)), np.empty((6, 6))
     kernels.joint_estimate(
         keypoints.marginal.information, keypoints.marginal.gradient, keypoints.scatter,
-        depth.marginal.information, depth.marginal.gradient, depth.scatter, PRIOR,
-        _SMALLEST_FACTOR, bias, pose, found, covariance, gain)
+        keypoints.curvature, depth.marginal.information, depth.marginal.gradient, depth.scatter,
+        depth.curvature, PRIOR, _SMALLEST_FACTOR, bias, pose, found, covariance, gain)
     return found, covariance, gain

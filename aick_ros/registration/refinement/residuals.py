@@ -67,12 +67,14 @@ class Residuals:
     :param jacobian: Nx6, by the error of the pose.
     :param weights: N robust weights, 0 to 1.
     :param blocks: N, number of the block of the image that each residual is from.
+    :param dimensions: of a measurement: as many residuals have one weight, by their length.
     """
 
     values: np.ndarray
     jacobian: np.ndarray
     weights: np.ndarray
     blocks: np.ndarray
+    dimensions: int = field(default=1, kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,17 +131,21 @@ def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
     return noise
 
 
-def curvature(residuals: Residuals) -> float:
+def curvature(kinds: Iterable[Residuals]) -> float:
     """
     Return how much the robust cost is curved, as a ratio to what its weights let expect.
 
     A residual that grows loses weight, so that its weighted value grows by less: for the weights w
-    of Geman and McClure by 4 w^1.5 - 3 w. The ratio of the sums makes the covariance of a pose by
-    normal equations with such weights that of an M-estimate (Huber 1981, section 7.6).
+    of Geman and McClure by 4 w^1.5 - 3 w. If it is a vector, that is so along it, and by w across
+    it. The ratio of the sums makes the covariance of a pose by normal equations with such weights
+    that of an M-estimate (Huber 1981, section 7.6).
     """
-    weights = residuals.weights
-    total = float(weights.sum())
-    slopes = 4.0 * float((weights * np.sqrt(weights)).sum()) - 3.0 * total
+    total = slopes = 0.0
+    for kind in kinds:
+        weights = kind.weights
+        lost = 4.0 * float((weights - weights * np.sqrt(weights)).sum())
+        total += float(weights.sum())
+        slopes += float(weights.sum()) - lost / kind.dimensions
     return max(slopes / total, _LEAST_CURVATURE) if total else 1.0
 
 
@@ -160,7 +166,7 @@ def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     kernels.reprojection(
         tracks.points, tracks.rays, tracks.sigmas, T_target_source, ray_sigma, width,
         _MEDIAN_2, _LARGEST_SCALE ** 2, values, jacobian, weights, blocks)
-    return Residuals(values, jacobian, weights, blocks)
+    return Residuals(values, jacobian, weights, blocks, dimensions=2)
 
 
 def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSettings,

@@ -10,7 +10,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.estimate import Estimate, joint_estimate
-from aick_ros.registration.refinement.residuals import Residuals, gradient_noise
+from aick_ros.registration.refinement.residuals import Residuals, curvature, gradient_noise
 
 PRIOR = np.eye(6)
 NO_BIAS = np.zeros((6, 6))
@@ -48,6 +48,7 @@ def test_an_estimate_is_the_least_squares_fit_with_the_scatter_about_it(count):
     np.testing.assert_allclose(found.marginal.information, 0.4 * information, rtol=1e-12)
     np.testing.assert_allclose(found.marginal.gradient, 0.4 * gradient, rtol=1e-12)
     np.testing.assert_allclose(found.scatter, 0.16 * scatter, rtol=1e-9, atol=1e-9)
+    assert found.curvature == curvature(kinds)
 
 
 @pytest.mark.parametrize('directions', [0, 2, 6])
@@ -108,7 +109,8 @@ def test_the_joint_estimate_is_that_of_the_sums_with_the_prior_once(kinds):
     found, covariance, gain = joint_estimate(*ones, pose, root @ root.T)
     np.testing.assert_allclose(found, se3.perturbed(pose, -inverse @ sum(
         one.marginal.gradient for one in ones)), atol=1e-12)
-    np.testing.assert_allclose(covariance, inverse @ scatter @ inverse + root @ root.T,
+    curved = np.linalg.inv(PRIOR + sum(one.curvature * one.marginal.information for one in ones))
+    np.testing.assert_allclose(covariance, curved @ scatter @ curved + root @ root.T,
                                rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(gain, inverse @ ones[1].marginal.information, rtol=1e-9,
                                atol=1e-12)

@@ -15,7 +15,7 @@ from aick_ros.registration.refinement import refinement
 from aick_ros.registration.refinement.measured_noise import Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Misalignment, image_height
 from aick_ros.registration.refinement.refinement import _Problem
-from aick_ros.registration.refinement.residuals import Residuals, gradient_noise
+from aick_ros.registration.refinement.residuals import Residuals, curvature, gradient_noise
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import Settings
 
@@ -175,19 +175,21 @@ def test_the_pose_is_that_of_all_informations_with_the_biases_marginalised(tell)
     """Of each kind the inverse information and the covariance of its bias add up."""
     told = tell()
     refined, noise = told.problem.finish(POSE), told.noise
-    total, pull, scatter = np.zeros((6, 6)), np.zeros(6), np.zeros((6, 6))
+    (total, curved, scatter), pull = np.zeros((3, 6, 6)), np.zeros(6)
     for kinds, weight, bias in zip(told.kinds(), (1 / 3.0, 1.0),
                                    (noise.keypoint_jitter, noise.depth_bias)):
         seen = np.linalg.inv(weight * information(kinds))
         marginal = np.linalg.inv(seen + bias)
         total += marginal
+        curved += curvature(kinds) * marginal
         pull += marginal @ seen @ (weight * gradient(kinds))
         gain = weight * marginal @ seen
         scatter += gain @ own(kinds)[1] @ gain.T
     inverse = np.linalg.inv(total + PRIOR)
     np.testing.assert_allclose(refined.T_target_source,
                                se3.perturbed(POSE, -inverse @ pull), atol=1e-12)
-    expected = inverse @ (scatter + 0.01 * total + PRIOR) @ inverse + noise.bias
+    spread = np.linalg.inv(curved + PRIOR)
+    expected = spread @ (scatter + 0.01 * total + PRIOR) @ spread + noise.bias
     np.testing.assert_allclose(refined.covariance, expected, rtol=1e-8,
                                atol=1e-10 * np.abs(expected).max())
     assert refined.systematic is noise.bias

@@ -519,21 +519,23 @@ def test_gradient_noise_makes_estimates_consistent(parts, most, common):
     assert 5.0 < np.mean(squares) < most
 
 
-@pytest.mark.parametrize('sigma, expected', [(1.0, 0.57), (0.3, 0.92)])
-def test_by_the_curvature_covariances_are_those_of_robust_estimates(sigma, expected):
+@pytest.mark.parametrize('dimensions, sigma, expected', [
+    (1, 1.0, 0.57), (1, 0.3, 0.92), (2, 1.0, 0.61), (2, 0.3, 0.93)])
+def test_by_the_curvature_covariances_are_those_of_robust_estimates(dimensions, sigma, expected):
     """Monte Carlo: NEES; by the weights alone it is three times as large for noise as modelled."""
-    rng, blocks = np.random.default_rng(8), np.arange(400)
+    rng, blocks = np.random.default_rng(8), np.tile(np.arange(400 // dimensions), dimensions)
     squares = []
     for _ in range(300):
         jacobian, noise = rng.normal(size=(400, 6)), sigma * rng.normal(size=400)
         error = np.zeros(6)
         for _ in range(12):
             values = noise - jacobian @ error
-            weights = geman_mcclure(values ** 2, 2.0)
-            left = Residuals(values, jacobian, weights, blocks)
+            squared = (values.reshape(dimensions, -1) ** 2).sum(0)
+            weights = np.tile(geman_mcclure(squared, 2.0), dimensions)
+            left = Residuals(values, jacobian, weights, blocks, dimensions=dimensions)
             equations = NormalEquations.of([left])
             error = error + np.linalg.solve(equations.information, equations.gradient)
-        ratio = curvature(left)
+        ratio = curvature([left])
         inverse = np.linalg.inv(ratio * equations.information)
         squares.append(error @ np.linalg.solve(inverse @ gradient_noise([left]) @ inverse, error))
     assert np.mean(squares) == pytest.approx(6.0, abs=0.6)
@@ -543,8 +545,18 @@ def test_by_the_curvature_covariances_are_those_of_robust_estimates(sigma, expec
 def test_the_curvature_has_a_floor_and_no_residual_has_that_of_its_weights():
     for weights, ratio in (([0.01] * 5, 0.2), ([], 1.0), ([1.0], 1.0)):
         count = len(weights)
-        assert curvature(Residuals(np.ones(count), np.zeros((count, 6)), np.array(weights),
-                                   np.zeros(count, int))) == ratio
+        kind = Residuals(np.ones(count), np.zeros((count, 6)), np.array(weights),
+                         np.zeros(count, int))
+        assert curvature([kind]) == curvature([kind, kind]) == ratio
+
+
+def test_the_curvature_of_two_kinds_is_the_mean_by_their_weights():
+    kinds = [Residuals(np.ones(count), np.zeros((count, 6)), np.full(count, weight),
+                       np.zeros(count, int), dimensions=dimensions)
+             for count, weight, dimensions in ((30, 0.81, 1), (40, 0.64, 2))]
+    one, other = (curvature([kind]) for kind in kinds)
+    assert (one, other) == pytest.approx((4 * 0.9 - 3, 2 * 0.8 - 1))
+    assert curvature(kinds) == pytest.approx((24.3 * one + 25.6 * other) / 49.9)
 
 
 @pytest.mark.parametrize('parts', [14, 20])
