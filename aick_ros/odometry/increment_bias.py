@@ -32,7 +32,7 @@ _MEMORY = 30  # increments that the mean is over
 _LARGEST_CHANGE = 4.0  # of the estimate by one increment, and of its inverse
 _SMALLEST = math.radians(0.001) ** 2  # of an estimate; from it few increments let it grow
 _SMALLEST_MOTION = 0.001  # rad; smaller displacements of the image show noise alone
-_NOISE = 0.75
+_NOISE = 0.7
 """Variance of an increment by noise, as a ratio to what the scatter of the residuals shows.
 
 Neighbours are matched to the keyframe alike: more than its noise is common to both. What keypoints

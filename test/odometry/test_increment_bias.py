@@ -20,7 +20,7 @@ SIGMAS = np.array([3e-4, 3e-4, 6e-4, 1e-4, 2e-4, 1e-4])  # of one increment by o
 NOISE = np.diag(SIGMAS ** 2)
 HALF = 0.5 * np.eye(6)
 OWN = PoseWithCovariance(MOTION, 1e-6 * np.eye(6))
-SCATTER = 0.75  # variance of the joint pose by noise, by what the scatter of residuals shows
+SCATTER = 0.7  # variance of the joint pose by noise, by what the scatter of residuals shows
 
 
 def biased(rng, degrees, noise=NOISE):
