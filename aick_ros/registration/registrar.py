@@ -139,6 +139,7 @@ class Registrar:
     def _up_to_date(self, preparation: Preparation) -> Preparation:
         """Return a preparation by what is known of the distortion of the image of its camera."""
         required(preparation, Preparation, 'the preparation')
+        self._learned.misalignment.follow(preparation.frame.camera)
         self._learned.distortion.follow(preparation.frame.camera)
         self._preparer.distortion = self._learned.distortion.distortion
         return preparation.up_to_date()

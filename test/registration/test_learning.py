@@ -189,7 +189,7 @@ def test_a_prepared_frame_has_what_its_preparation_has(steps, preparation, repea
     prepared = steps.registrar.prepared(preparation, repeat)
     frame = preparation.frame
     assert prepared.frame is preparation.corrected() and preparation.asked[0] == 'up to date'
-    assert steps.log[1:] == [('follow', frame.camera)]
+    assert steps.log[1:] == 2 * [('follow', frame.camera)]
     np.testing.assert_array_equal(prepared.grey, frame.grey)
     assert prepared.distortion is LEARNED_DISTORTION
     assert prepared.keypoints is preparation._keypoints
@@ -203,7 +203,7 @@ def test_a_prepared_frame_has_what_its_preparation_has(steps, preparation, repea
 def test_prepared_for_tracking_a_frame_has_no_keypoints(steps, preparation):
     prepared = steps.registrar.prepared_for_tracking(preparation)
     assert preparation.asked == ['up to date', 'surface'] and prepared.surface == 'a surface'
-    assert steps.log[1:] == [('follow', preparation.frame.camera)]
+    assert steps.log[1:] == 2 * [('follow', preparation.frame.camera)]
     assert len(prepared.keypoints) == 0 and prepared.keypoints.stamp == preparation.frame.stamp
     assert prepared.frame is preparation.corrected() and prepared.repeat is Repeat.NONE
     assert prepared.depth_lag == pytest.approx(0.003) and prepared.stamp_jitter == 0.003

@@ -20,6 +20,7 @@ import math
 import numpy as np
 
 from aick_ros.geometry import definite
+from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.grouped_equations import MEMORY, RUN, GroupedEquations
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misalignment
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
@@ -63,6 +64,7 @@ _LARGEST_DELAY_SIGMA = 0.01
 """Standard deviation of a delay that nothing is known of [s]. Derived: at 30 Hz two images that
 belong together are at most half an interval apart."""
 
+_SAME_FOCAL = 0.005  # chosen: relative change of a focal length that leaves its error as it is
 _OUTLYING = 3.0  # gain of a registration, as a ratio to the mean, from which on its weight falls
 
 
@@ -74,7 +76,12 @@ class MisalignmentEstimate:
     """
 
     def __init__(self, known: Misalignment = NO_MISALIGNMENT) -> None:
-        self._known = self._misalignment = known
+        self._known = known
+        self._camera: Camera | None = None
+        self._forget()
+
+    def _forget(self) -> None:
+        self._misalignment = self._known
         self._equations = GroupedEquations(_PRIOR, _KEPT)
         self._mean_gain = 0.0
         self._applied: tuple[slice, ...] = ()
@@ -101,6 +108,23 @@ class MisalignmentEstimate:
     def focal_covariance(self) -> np.ndarray:
         """Covariance of the relative errors of both focal lengths, colour and depth, 2x2."""
         return self._focal_covariance
+
+    def follow(self, camera: Camera) -> None:
+        """
+        Start anew where the calibration of a camera is another one: its errors are others.
+
+        A change of the resolution leaves them as they are.
+
+        :param camera: of the present frame.
+        """
+        before = self._camera
+        if before is None or (before.width, before.height) != (camera.width, camera.height):
+            self._camera = camera
+        elif not (camera.distortion == before.distortion
+                  and math.isclose(camera.fx, before.fx, rel_tol=_SAME_FOCAL)
+                  and math.isclose(camera.fy, before.fy, rel_tol=_SAME_FOCAL)):
+            self._camera = camera
+            self._forget()
 
     def assume(self, known: Misalignment) -> None:
         """Continue with another known misalignment; what was learned of the camera is kept."""

@@ -4,10 +4,12 @@
 """A misalignment learned from registrations: recovered, contradicted, absent and changed."""
 
 import copy
+import dataclasses
 
 import numpy as np
 import pytest
 
+from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
 from aick_ros.registration.refinement.misalignment_estimate import (
@@ -128,6 +130,40 @@ def test_a_camera_that_is_mounted_anew_is_learned_anew():
     other = TRUE * [1, -1, 0.5, -1, 1, 2, 0.5, 0.5, 0.5, -1]
     found = learned(samples(TRUE, 80), samples(other, 600, seed=2))
     assert np.abs((found - other) / SIGMAS).max() < 0.3
+
+
+CAMERA = Camera(640, 480, 520.0, 521.0, 320.0, 240.0)
+
+
+@pytest.mark.parametrize('change', [
+    {'fx': 530.0}, {'fy': 510.0}, {'distortion': (0.1, 0.0, 0.0, 0.0)}])
+def test_another_calibration_of_the_camera_is_learned_anew(change):
+    """The error of its focal length is another one; a known misalignment holds from the start."""
+    known = Misalignment.of(0.5 * TRUE)
+    estimate, new = MisalignmentEstimate(known), MisalignmentEstimate(known)
+    estimate.follow(CAMERA)
+    for sample in samples(TRUE, 40):
+        estimate.learn(sample)
+    assert (estimate.misalignment.values != known.values).any()
+    estimate.follow(dataclasses.replace(CAMERA, **change))
+    for sample in samples(-TRUE, 60, seed=2):
+        for each in (estimate, new):
+            np.testing.assert_array_equal(each.misalignment.values, new.misalignment.values)
+            np.testing.assert_array_equal(each.focal_covariance, new.focal_covariance)
+            each.learn(sample)
+
+
+@pytest.mark.parametrize('change', [
+    {}, {'width': 320, 'height': 240, 'fx': 260.0, 'fy': 260.5, 'cx': 160.0, 'cy': 120.0},
+    {'width': 600, 'cx': 300.0}, {'fx': 520.5}])
+def test_another_resolution_of_the_camera_leaves_what_was_learned(change):
+    estimate = MisalignmentEstimate()
+    estimate.follow(CAMERA)
+    for sample in samples(TRUE, 40):
+        estimate.learn(sample)
+    found = estimate.misalignment
+    estimate.follow(dataclasses.replace(CAMERA, **change))
+    assert estimate.misalignment is found
 
 
 def test_the_error_of_the_delay_is_within_what_is_said_of_it():
