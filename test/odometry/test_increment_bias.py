@@ -77,7 +77,7 @@ def test_a_motion_by_depth_alone_errs_by_the_share_of_the_bias_that_is_depths(de
 
 @pytest.mark.parametrize('degrees', [0.0, 0.5, 3.0])
 def test_differences_are_as_their_covariance_says(degrees):
-    """Where depth gives the pose, its error has the bias, of which 85 of 100 count, and its noise."""
+    """Where depth gives the pose, its error has the bias, of which 85 of 100 count: NEES."""
     rng = np.random.default_rng(6)
     model = learned(biased(rng, degrees) for _ in range(30))
     squares = []

@@ -16,6 +16,7 @@ _FLOOR = np.radians(0.15)
 
 _MEMORY = 8.0  # frames; chosen: a share that has settled after a quarter of a second
 _FIRST = 8  # rotations that have to agree before any is used; chosen: a quarter of a second
+_RETRIED = 30  # rotations; chosen: one second, after which what was learned may be what is wrong
 _WRONG, _RIGHT = 0.5, 0.1  # chosen: shares of them from which on it is used no more, or again
 
 
@@ -32,11 +33,17 @@ class Agreement:
         self._disagreeing = 0.0  # share of the recent rotations
         self._turned = np.zeros(2)  # by the gyroscope and by the camera, of those [rad]
         self._is_wrong = False
+        self._wrong_for = 0  # rotations
 
     @property
     def is_confirmed(self) -> bool:
         """Whether the camera has seen enough rotations as the gyroscope has, and still does."""
         return self._agreed >= _FIRST and not self._is_wrong
+
+    @property
+    def is_to_be_learned_anew(self) -> bool:
+        """Whether rotations have disagreed for another second: by what was learned they may."""
+        return self._wrong_for > 0 and self._wrong_for % _RETRIED == 0
 
     @property
     def complaint(self) -> str:
@@ -64,4 +71,5 @@ class Agreement:
             seen = se3.exp_rotation(error) @ turn.rotation
             self._turned = np.array([se3.angle(turn.rotation), se3.angle(seen)])
         self._is_wrong = self._disagreeing > (_RIGHT if self._is_wrong else _WRONG)
+        self._wrong_for = self._wrong_for + 1 if self._is_wrong else 0
         return agrees

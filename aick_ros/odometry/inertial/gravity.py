@@ -34,6 +34,8 @@ _WRONG, _RIGHT = 0.2, 0.05
 
 Chosen: turned by 30 deg a third disagrees, and on two excerpts of real recordings 0.04."""
 
+_RETRIED = 90  # frames; chosen: three seconds, in which a filter that is right settles
+
 
 class Gravity:
     """
@@ -46,15 +48,24 @@ class Gravity:
 
     def __init__(self, settings: ImuSettings,
                  turn: Callable[[int, int], np.ndarray | None] = lambda start, end: None) -> None:
-        self.configure(settings)
+        self._settings = settings
         self._turn = turn
         self._samples = SampleCheck('accelerometer', 'm/s^2', _LARGEST_FORCE)
         self._forces = ForceIntegral()
+        self._filter: GravityFilter | None = None
         self._offset = 0
         self.reset()
 
     def configure(self, settings: ImuSettings) -> None:
-        """Continue with other settings; what was learned is kept."""
+        """
+        Continue with other settings; what was learned is kept.
+
+        With another bias at the start it begins anew.
+        """
+        if settings.accelerometer_bias_sigma != self._settings.accelerometer_bias_sigma:
+            self._filter = None
+        elif self._filter is not None:
+            self._filter.configure(settings)
         self._settings = settings
 
     def reset(self) -> None:
@@ -62,11 +73,12 @@ class Gravity:
         self.start: np.ndarray | None = None
         """Level pose of the first frame, 4x4; None where the odometry is not level."""
         self._disagreeing, self._is_wrong = 0.0, False
+        self._wrong_for = 0  # frames
         self.restart()
 
     def restart(self) -> None:
         """Continue in a frame that is level, with poses that are measured anew."""
-        self._filter: GravityFilter | None = None
+        self._filter = None
         self._level = Level()
         self._stamp = 0
         self._last = self._reference = PoseWithCovariance.identity()
@@ -205,12 +217,12 @@ class Gravity:
         return force
 
     def _note(self, agrees: bool) -> None:
-        """Note whether a position is the one expected; begin anew where most are not."""
+        """Note whether a position is the one expected; begin anew, and again, where it is not."""
         self._disagreeing += (float(not agrees) - self._disagreeing) / _MEMORY
-        was_wrong, self._is_wrong = self._is_wrong, self._disagreeing > (
-            _RIGHT if self._is_wrong else _WRONG)
-        if self._is_wrong and not was_wrong:
+        self._is_wrong = self._disagreeing > (_RIGHT if self._is_wrong else _WRONG)
+        if self._is_wrong and self._wrong_for % _RETRIED == 0:
             self._filter = None
+        self._wrong_for = self._wrong_for + 1 if self._is_wrong else 0
 
 
 def _added(pose: PoseWithCovariance, before: PoseWithCovariance) -> np.ndarray:

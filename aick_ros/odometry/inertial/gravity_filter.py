@@ -49,13 +49,17 @@ class GravityFilter:
 
     def __init__(self, settings: ImuSettings, gravity: np.ndarray, gravity_covariance: np.ndarray,
                  position: np.ndarray, position_covariance: np.ndarray) -> None:
-        self._settings = settings
+        self.configure(settings)
         self.values = np.concatenate([position, np.zeros(3), gravity, np.zeros(3)])
         self.covariance = np.zeros((12, 12))
         self.covariance[_G, _G] = gravity_covariance
         self.covariance[_B, _B] = settings.accelerometer_bias_sigma ** 2 * np.eye(3)
         self.place(position, position_covariance)
         self._hold_length()
+
+    def configure(self, settings: ImuSettings) -> None:
+        """Continue with another noise; what was estimated is kept."""
+        self._settings = settings
 
     @property
     def gravity(self) -> np.ndarray:

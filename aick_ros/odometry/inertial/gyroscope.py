@@ -162,6 +162,8 @@ class Gyroscope:
         total = covariance + self._noise(turn) + self._calibration.uncertainty(turn)
         if self._agreement.note(error, total, turn):
             self._calibration.learn(start, turn, error, covariance + self._missed(turn))
+        elif self._agreement.is_to_be_learned_anew:
+            self._calibration = GyroscopeCalibration(self._settings)
 
     def _turn(self, start: int, end: int) -> Turn | None:
         offset = round(self._calibration.offset * NANOSECONDS)
@@ -175,7 +177,12 @@ class Gyroscope:
         return covariance
 
     def _missed(self, turn: Turn) -> np.ndarray:
-        """Return the covariance of a rotation by samples that have not arrived, 3x3 [rad^2]."""
+        """
+        Return the covariance of a rotation by what is between samples, 3x3 [rad^2].
+
+        Or after the last one that has arrived.
+        """
         sigma = 0.5 * self._acceleration_sigma * turn.extrapolated ** 2
-        covariance: np.ndarray = sigma ** 2 * np.eye(3)
+        covariance: np.ndarray = (
+            sigma ** 2 + self._integral.interpolation_variance) * np.eye(3)
         return covariance

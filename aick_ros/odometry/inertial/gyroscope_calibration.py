@@ -58,15 +58,25 @@ class GyroscopeCalibration:
     """
 
     def __init__(self, settings: ImuSettings) -> None:
+        self._begin(settings)
         self.configure(settings)
+
+    def configure(self, settings: ImuSettings) -> None:
+        """
+        Continue with another noise and walk of the bias; what was learned is kept.
+
+        With other first values it begins anew.
+        """
+        self._walk = settings.gyroscope_bias_walk
+        self._noise = settings.gyroscope_noise ** 2
+        if _first_values(settings) != self._begun_by:
+            self._begin(settings)
+
+    def _begin(self, settings: ImuSettings) -> None:
+        self._begun_by = _first_values(settings)
         self.restart()
         self._filters = [_Filter(settings, size, weight) for size, weight in _SIZES.items()]
         self._join()
-
-    def configure(self, settings: ImuSettings) -> None:
-        """Continue with another noise and walk of the bias; what was learned is kept."""
-        self._walk = settings.gyroscope_bias_walk
-        self._noise = settings.gyroscope_noise ** 2
 
     def restart(self) -> None:
         """Continue with keyframes that are made anew."""
@@ -196,6 +206,12 @@ class _Filter:
         self.covariance = update.covariance
         self.logarithm -= 0.5 * (update.squared_distance(error)
                                  + float(np.linalg.slogdet(update.expected).logabsdet))
+
+
+def _first_values(settings: ImuSettings) -> tuple[float, ...]:
+    """Return the settings that hold until something is learned."""
+    return (settings.gyroscope_bias_sigma, settings.gyroscope_scale_sigma,
+            settings.mounting_sigma, settings.time_offset, settings.time_offset_sigma)
 
 
 def _jacobian(turn: Turn) -> np.ndarray:

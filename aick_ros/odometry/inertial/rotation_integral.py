@@ -16,6 +16,7 @@ first sample on, so that each interval costs two look-ups, whatever its length.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from dataclasses import dataclass
 
@@ -27,6 +28,7 @@ from aick_ros.geometry.turns import integrated_turns
 
 _MEMORY = 30 * NANOSECONDS  # chosen: keyframes are rarely older
 _LONGEST_GAP = NANOSECONDS // 20  # chosen: a hand turns by up to some degrees meanwhile
+_REMEMBERED = 1.0  # s; chosen: a hand shakes for longer
 _EXTRAPOLATED = NANOSECONDS // 50  # chosen: the last samples may arrive after the image
 _RELINEARISED = 0.002  # rad/s; chosen: in 10 s its second order is 0.01 deg
 _RESCALED = 0.002  # of the matrix; chosen: in a turn by 90 deg its second order is 0.0003 deg
@@ -84,6 +86,7 @@ class RotationIntegral:
     def __init__(self) -> None:
         self._bias = np.zeros(3)
         self._matrix = self._inverse = np.eye(3)
+        self._between_samples: float | None = None  # [rad^2]
         self._clear()
 
     @property
@@ -91,6 +94,17 @@ class RotationIntegral:
         """Stamp of the last sample [ns]; None without samples."""
         parts = self._parts  # another thread may begin anew meanwhile
         return int(parts[-1].stamps[-1]) if parts else None
+
+    @property
+    def interpolation_variance(self) -> float:
+        """
+        Variance of a rotation about an axis by the rates at its two ends between samples [rad^2].
+
+        Between samples rates are interpolated. By the trapezoidal rule the ends of an integral err
+        by a twelfth of the change of the rates from sample to sample times the interval (Euler and
+        Maclaurin); what is in between cancels.
+        """
+        return 2.0 * (self._between_samples or 0.0) / 12.0 ** 2
 
     def add(self, stamps: np.ndarray, rates: np.ndarray) -> None:
         """
@@ -110,10 +124,21 @@ class RotationIntegral:
         if len(gaps):
             self._clear()
             stamps, rates = stamps[gaps[-1] + 1:], rates[gaps[-1] + 1:]
+        self._note_changes(stamps, rates)
         self._append(stamps, rates)
         count = bisect_right(self._starts, stamps[-1] - _MEMORY) - 1
         if count > 0:
             del self._starts[:count], self._parts[:count]
+
+    def _note_changes(self, stamps: np.ndarray, rates: np.ndarray) -> None:
+        """Average by how much rates change from sample to sample, times the interval."""
+        if len(stamps) < 2:
+            return
+        changes = np.diff(rates, axis=0) * (np.diff(stamps) / NANOSECONDS)[:, None]
+        square = float(np.mean(changes ** 2))
+        before = square if self._between_samples is None else self._between_samples
+        kept = math.exp(-seconds(stamps[0], stamps[-1]) / _REMEMBERED)
+        self._between_samples = square + kept * (before - square)
 
     def between(self, start: int, end: int, bias: np.ndarray,
                 matrix: np.ndarray = np.eye(3)) -> Turn | None:

@@ -47,6 +47,17 @@ def test_while_most_of_the_last_disagree_it_is_wrong_until_nearly_all_agree():
     assert agreement.complaint == ''
 
 
+def test_while_it_is_wrong_it_is_to_be_learned_anew_once_a_second():
+    agreement = Agreement()
+    is_time = []
+    for _ in range(5 + 90):  # it is wrong from the sixth on
+        note(agreement, WRONG, 1)
+        is_time.append(agreement.is_to_be_learned_anew)
+    assert np.flatnonzero(is_time).tolist() == [34, 64, 94]
+    note(agreement, NONE, 30)
+    assert not agreement.complaint and not agreement.is_to_be_learned_anew
+
+
 @pytest.mark.parametrize('error, camera', [(WRONG, 5.0), (-WRONG, 1.0)])
 def test_the_complaint_names_both_turns(error, camera):
     agreement = Agreement()

@@ -3,6 +3,7 @@
 
 """What the level frame hands to its integral, its filter and its correction, frame by frame."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -248,6 +249,33 @@ def test_it_is_wrong_where_a_fifth_disagrees_and_right_again_below_a_twentieth(p
         played.update(0.1 * (frame := frame + 1))
     assert agreed == np.ceil(np.log(0.05 / share) / np.log(29 / 30))
     assert played.kinds()[-1] == 'approach'
+
+
+def test_while_it_is_wrong_it_begins_anew_every_three_seconds(play):
+    played = play()
+    played.agrees = False
+    begun = []
+    for frame in range(1, 200):
+        played.update(0.1 * frame)
+        begun.append(len(played.filters))
+    # wrong from the seventh on; a frame that begins a filter is not compared
+    assert (np.flatnonzero(np.diff(begun)) + 2).tolist() == [8, 99, 190]
+    played.agrees = True
+    for frame in range(200, 300):
+        played.update(0.1 * frame)
+    assert not played.gravity.complaint and 'approach' in played.kinds()
+
+
+def test_other_settings_hold_at_once_and_another_first_bias_begins_anew(play):
+    played = play()
+    noisier = dataclasses.replace(SETTINGS, accelerometer_noise=0.1)
+    played.log.clear()
+    played.gravity.configure(noisier)
+    assert played.log == [('configure', noisier)]
+    other = dataclasses.replace(noisier, accelerometer_bias_sigma=0.5)
+    played.gravity.configure(other)
+    played.update(0.1)
+    assert len(played.filters) == 2 and played.filters[1].made_with[0] is other
 
 
 def test_a_reset_forgets_the_level_and_who_was_wrong_but_no_samples(play):

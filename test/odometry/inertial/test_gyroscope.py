@@ -107,8 +107,9 @@ def test_of_a_short_turn_the_noise_of_the_gyroscope_limits_what_is_learned():
 
 def test_another_noise_counts_from_then_on():
     """Of a short turn it limits what is learned, by the settings of that time."""
-    gyroscope = Gyroscope(replace(EXACT_AXES, gyroscope_bias_sigma=0.1), OdometrySettings())
-    gyroscope.configure(replace(EXACT_AXES, gyroscope_noise=0.01), OdometrySettings())
+    settings = replace(EXACT_AXES, gyroscope_bias_sigma=0.1)
+    gyroscope = Gyroscope(settings, OdometrySettings())
+    gyroscope.configure(replace(settings, gyroscope_noise=0.01), OdometrySettings())
     gyroscope.add(samples(-20, 440))
     gyroscope.learn(0, 400 * MS, PoseWithCovariance(seen(0, 400).matrix, 1e-12 * np.eye(6)))
     assert gyroscope.bias_sigma == pytest.approx(3 * [0.01 / np.sqrt(0.4)], rel=0.1)
@@ -219,6 +220,33 @@ def test_one_that_comes_right_is_used_again():
     gyroscope = follow(rate=lambda time: noisy(time) * (-1.0 if time < 500 else 1.0))
     assert gyroscope.complaint == ''
     assert turned(gyroscope, 1500)[1] < 4.0
+
+
+@pytest.mark.parametrize('wrong', [
+    lambda rate: rate[[1, 2, 0]], lambda rate: np.degrees(rate), lambda rate: rate + 0.2])
+def test_one_that_was_wrong_for_seconds_is_used_once_it_is_right(wrong):
+    """What was learned of it meanwhile, or of what it was before, is forgotten."""
+    gyroscope = Gyroscope(ImuSettings(), OdometrySettings())
+    for time in range(40, 7040, 40):
+        gyroscope.add(samples(time - 40, time + 1, lambda at: (
+            noisy(at) if not 1000 <= at < 4000 else wrong(noisy(at)))))
+        keyframe = 400 * ((time - 1) // 400)
+        gyroscope.learn(keyframe * MS, time * MS, seen(keyframe, time))
+        if 2000 <= time < 4000:
+            assert gyroscope.complaint and gyroscope.term((time - 40) * MS, time * MS) is None
+    assert gyroscope.complaint == ''
+    assert turned(gyroscope, 5500, 7000)[1] < 4.0
+
+
+def test_a_bias_that_jumps_is_found():
+    gyroscope = Gyroscope(ImuSettings(), OdometrySettings())
+    for time in range(40, 6040, 40):
+        gyroscope.add(samples(time - 40, time + 1, lambda at: (
+            noisy(at) + 0.03 * (at >= 2000))))
+        keyframe = 400 * ((time - 1) // 400)
+        gyroscope.learn(keyframe * MS, time * MS, seen(keyframe, time))
+    assert gyroscope.complaint == ''
+    np.testing.assert_allclose(gyroscope.bias, BIAS + 0.03, atol=0.006)
 
 
 def test_without_samples_nothing_is_known_and_nothing_is_wrong():

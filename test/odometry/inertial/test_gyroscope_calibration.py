@@ -166,6 +166,23 @@ def test_small_errors_of_axes_are_learned_too(integral):
     assert np.abs(calibration.matrix - matrix).max() < 0.001
 
 
+@pytest.mark.parametrize('change', [
+    {'gyroscope_bias_sigma': 0.05}, {'gyroscope_scale_sigma': 0.02}, {'mounting_sigma': 0.05},
+    {'time_offset': 0.02}, {'time_offset_sigma': 0.01}])
+def test_with_other_first_values_it_begins_anew(integral, change):
+    settings = dataclasses.replace(ImuSettings(), **change)
+    calibration, new = GyroscopeCalibration(ImuSettings()), GyroscopeCalibration(settings)
+    turn = integral.between(0, NANOSECONDS, np.zeros(3))
+    calibration.learn(0, turn, np.full(3, 0.01), 1e-6 * np.eye(3))
+    learned = calibration.values
+    calibration.configure(dataclasses.replace(
+        ImuSettings(), gyroscope_noise=0.001, gyroscope_bias_walk=0.01))
+    np.testing.assert_array_equal(calibration.values, learned)
+    calibration.configure(settings)
+    np.testing.assert_array_equal(calibration.values, new.values)
+    np.testing.assert_array_equal(calibration.covariance, new.covariance)
+
+
 def test_the_bias_drifts_and_nothing_else(integral):
     calibration = GyroscopeCalibration(ImuSettings(gyroscope_bias_walk=0.01))
     before = np.diag(calibration.covariance)[:13].copy()

@@ -43,6 +43,29 @@ def moving():
     return integral([rate(0.002 * i) for i in range(1001)])
 
 
+@pytest.mark.parametrize('frequency', [1.0, 2.0, 3.0])
+@pytest.mark.parametrize('period', [5, 20, 40])
+def test_far_samples_leave_the_error_that_is_said_of_them(period, frequency):
+    """Of turns between any two times by a rate that swings; three times as large at most."""
+    result, swing = RotationIntegral(), 2.0 * np.pi * frequency
+    stamps = period * MS * np.arange(3000 // period)
+    rates = np.outer(np.sin(swing * 1e-9 * stamps), [0.0, 1.5, 0.0])
+    for at in range(0, len(stamps), 4):
+        result.add(stamps[at:at + 4], rates[at:at + 4])
+    rng, errors = np.random.default_rng(1), []
+    for start, end in np.sort(rng.integers(1000, 2900, (500, 2))):
+        turn = result.between(start * MS, end * MS, NO_BIAS)
+        true = 1.5 / swing * (np.cos(swing * start / 1000) - np.cos(swing * end / 1000))
+        errors.append(se3.log_rotation(turn.rotation)[1] - true)
+    about_one_of_three = np.mean(np.square(errors)) / 3
+    assert 1 / 9 < about_one_of_three / result.interpolation_variance < 2.0
+
+
+def test_of_no_samples_nothing_is_between():
+    assert RotationIntegral().interpolation_variance == 0.0
+    assert integral([np.ones(3)] * 20).interpolation_variance == 0.0
+
+
 @pytest.mark.parametrize('start, end', [(0, 2000), (501, 1501), (700, 703), (900, 900)])
 def test_a_motion_about_moving_axes_is_integrated(moving, start, end):
     turn = moving.between(start * MS, end * MS, NO_BIAS)
