@@ -86,8 +86,8 @@ OF_ANY_KIND = {
     **{f'KeypointFrame.{name}': lambda value, name=name: KeypointFrame(
         **{**KEYPOINTS, name: value}) for name in KEYPOINTS if name != 'stamp'},
     **{f'ImuSamples.{name}': lambda value, name=name: dataclasses.replace(IMU, **{name: value})
-       for name in ('stamps', 'turn_rates', 'accelerations')},
-    'until': lambda value: IMU.until(value), 'in_axes': lambda value: IMU.in_axes(value),
+       for name in ('stamps', 'turn_rates', 'accelerations', 'position')},
+    'until': lambda value: IMU.until(value), 'in_camera': lambda value: IMU.in_camera(value),
     'Trajectory.stamps': lambda value: Trajectory(value, PATH.poses),
     'Trajectory.poses': lambda value: Trajectory(PATH.stamps, value),
     'at': lambda value: PATH.at(value), 'max_gap': lambda value: Trajectory(

@@ -6,10 +6,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.borders.values import numbers, required_array, whole_number
 
 UNITS = {'gyroscope': 'rad/s', 'accelerometer': 'm/s^2'}
@@ -25,12 +26,14 @@ class ImuSamples:
     :param turn_rates: Nx3 float64, by the gyroscope [rad/s]; NaN where it has not measured.
     :param accelerations: Nx3 float64, specific force by the accelerometer: at rest it points up
         and has the length of gravity [m/s^2]; NaN where it has not measured.
+    :param position: of the IMU in the camera, 3 float64 [m].
     :raises InputError: where the arrays do not fit each other.
     """
 
     stamps: np.ndarray
     turn_rates: np.ndarray
     accelerations: np.ndarray
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
         """Reject arrays of wrong type or shape."""
@@ -38,6 +41,7 @@ class ImuSamples:
         for name, values in (('turn rates', self.turn_rates),
                              ('accelerations', self.accelerations)):
             required_array(values, np.float64, (len(self.stamps), 3), f'the {name} of an IMU')
+        required_array(self.position, np.float64, (3,), 'the position of an IMU')
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -46,7 +50,7 @@ class ImuSamples:
     def __getitem__(self, chosen: slice | np.ndarray) -> ImuSamples:
         """Return some of the samples, by a slice, their indices or a mask."""
         return ImuSamples(self.stamps[chosen], self.turn_rates[chosen],
-                          self.accelerations[chosen])
+                          self.accelerations[chosen], self.position)
 
     def until(self, stamp: int, after: int | None = None) -> ImuSamples:
         """
@@ -57,15 +61,16 @@ class ImuSamples:
         start = 0 if after is None else self._place(after)
         return self[start:self._place(stamp)]
 
-    def in_axes(self, rotation: np.ndarray) -> ImuSamples:
+    def in_camera(self, T_camera_imu: np.ndarray) -> ImuSamples:
         """
-        Return the same samples in other axes, by the rotation into them, 3x3.
+        Return samples in the axes of an IMU in those of the camera, 4x4.
 
-        :raises InputError: where that is no 3x3 matrix.
+        :raises InputError: where that is no 4x4 matrix.
         """
-        rotation = numbers(rotation, (3, 3), 'the rotation of an IMU')
-        return ImuSamples(self.stamps, self.turn_rates @ rotation.T,
-                          self.accelerations @ rotation.T)
+        T_camera_imu = numbers(T_camera_imu, (4, 4), 'the pose of an IMU')
+        axes = T_camera_imu[:3, :3].T
+        return ImuSamples(self.stamps, self.turn_rates @ axes, self.accelerations @ axes,
+                          T_camera_imu[:3, 3].copy())
 
     def _place(self, stamp: int) -> int:
         """Return the number of samples up to a stamp [ns]."""
@@ -73,8 +78,9 @@ class ImuSamples:
 
 
 def joined(parts: Sequence[ImuSamples]) -> ImuSamples:
-    """Return samples one after the other."""
-    return ImuSamples(
+    """Return samples one after the other, of an IMU where the last part says that it is."""
+    samples = ImuSamples(
         np.concatenate([np.empty(0, np.int64), *(part.stamps for part in parts)]),
         np.concatenate([np.empty((0, 3)), *(part.turn_rates for part in parts)]),
         np.concatenate([np.empty((0, 3)), *(part.accelerations for part in parts)]))
+    return replaced(samples, position=parts[-1].position) if parts else samples

@@ -78,15 +78,19 @@ class ImuBuffer:
             self._rows.append((*rate, *force))
             self.newest, self.frame_id = fields.stamp, fields.frame_id
 
-    def take(self, R_camera_imu: np.ndarray) -> ImuSamples:
-        """Return all samples that wait, in the axes of the camera, and forget them."""
+    def take(self, T_camera_imu: np.ndarray) -> ImuSamples:
+        """
+        Return all samples that wait, in the axes of the camera, and forget them.
+
+        :param T_camera_imu: pose of the IMU in the optical frame of the colour camera, 4x4.
+        """
         with self._lock:
             stamps, rows = list(self._stamps), list(self._rows)
             self._stamps.clear()
             self._rows.clear()
         values = np.array(rows, np.float64).reshape(-1, 6)
         return ImuSamples(np.array(stamps, np.int64), values[:, :3],
-                          values[:, 3:]).in_axes(R_camera_imu)
+                          values[:, 3:]).in_camera(T_camera_imu)
 
 
 def _is_within(vector: Sequence[float], limit: float) -> bool:

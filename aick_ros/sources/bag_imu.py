@@ -64,7 +64,7 @@ class BagImu:
         T_colour_imu = self._extrinsic(colour_frame, self._buffer.frame_id)
         if T_colour_imu is None:
             return frame
-        return replace(frame, imu=self._buffer.take(T_colour_imu[:3, :3]))
+        return replace(frame, imu=self._buffer.take(T_colour_imu))
 
     def _is_reached(self, pair: Pair) -> bool:
         newest = self._buffer.newest

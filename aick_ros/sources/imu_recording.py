@@ -48,8 +48,8 @@ def _of_bag(path: Path, topic: str | None) -> ImuSamples:
     for count, (_, _, message) in enumerate(bag.messages([chosen], raise_damage), 1):
         buffer.add(stamp_of(message), message)
         if count % _CHUNK == 0:
-            parts.append(buffer.take(np.eye(3)))
-    return joined([*parts, buffer.take(np.eye(3))])
+            parts.append(buffer.take(np.eye(4)))
+    return joined([*parts, buffer.take(np.eye(4))])
 
 
 def _in_order(samples: ImuSamples) -> ImuSamples:

@@ -27,11 +27,16 @@ def test_nothing_joined_is_no_samples():
 
 
 def test_other_axes_keep_lengths_and_turn_vectors():
-    about_z = se3.exp_rotation((0, 0, np.pi / 2))
-    turned = SAMPLES.in_axes(about_z)
+    about_z = np.eye(4)
+    about_z[:3] = np.column_stack([se3.exp_rotation((0, 0, np.pi / 2)), [0.1, -0.2, 0.3]])
+    turned = SAMPLES.in_camera(about_z)
     x, y, z = SAMPLES.turn_rates.T
     assert np.allclose(turned.turn_rates, np.column_stack([-y, x, z]))
     assert np.allclose(turned.accelerations, -turned.turn_rates)
+    assert SAMPLES.position.tolist() == [0.0, 0.0, 0.0]
+    about_z[:3, 3] = 0.0  # which the samples do not share
+    for part in (turned, turned[1:3], turned.until(20), joined([SAMPLES, turned])):
+        assert part.position.tolist() == [0.1, -0.2, 0.3]
 
 
 @pytest.mark.parametrize('stamps, rates', [
@@ -58,7 +63,13 @@ def test_chosen_samples_are_rows_of_each_array(chosen):
         np.testing.assert_array_equal(getattr(found, name), getattr(SAMPLES, name)[chosen])
 
 
-@pytest.mark.parametrize('rotation', [np.eye(4), np.eye(3)[:2], 'turned'])
-def test_axes_are_a_3x3_matrix(rotation):
-    with pytest.raises(InputError, match='the rotation of an IMU'):
-        SAMPLES.in_axes(rotation)
+@pytest.mark.parametrize('pose', [np.eye(3), np.eye(4)[:3], 'turned'])
+def test_the_pose_of_an_imu_is_a_4x4_matrix(pose):
+    with pytest.raises(InputError, match='the pose of an IMU'):
+        SAMPLES.in_camera(pose)
+
+
+@pytest.mark.parametrize('position', [np.zeros(2), np.zeros((1, 3)), [0.0, 0.0, 0.0]])
+def test_a_position_is_an_array_of_three(position):
+    with pytest.raises(InputError, match='the position of an IMU'):
+        ImuSamples(SAMPLES.stamps, SAMPLES.turn_rates, SAMPLES.accelerations, position)

@@ -28,22 +28,22 @@ def message(rate=(1.0, 2.0, 3.0), force=(4.0, 5.0, 6.0), has_rate=True, has_forc
 
 def test_samples_are_taken_once_in_the_axes_of_the_camera():
     buffer = ImuBuffer()
-    assert buffer.newest is None and len(buffer.take(np.eye(3))) == 0
+    assert buffer.newest is None and len(buffer.take(np.eye(4))) == 0
     buffer.add(1_000_000_007, message())
     buffer.add(2_000_000_007, message(rate=(0.0, 0.0, 0.0)))
     assert (buffer.newest, buffer.frame_id) == (2_000_000_007, 'imu')
-    samples = buffer.take(se3.exp_rotation((0, 0, np.pi / 2)))
+    samples = buffer.take(se3.exp([0.0, 0, 0, 0, 0, np.pi / 2]))
     assert samples.stamps.tolist() == [1_000_000_007, 2_000_000_007]
     assert np.allclose(samples.turn_rates, [[-2, 1, 3], [0, 0, 0]])
     assert np.allclose(samples.accelerations, 2 * [[-5, 4, 6]])
-    assert len(buffer.take(np.eye(3))) == 0
+    assert len(buffer.take(np.eye(4))) == 0
 
 
 def test_what_is_not_measured_is_nan():
     buffer = ImuBuffer()
     for kind in ({'has_rate': False}, {'has_force': False}, {'force': (0.0, 0.0, 0.0)}):
         buffer.add(1_000_000_007, message(**kind))
-    samples = buffer.take(np.eye(3))
+    samples = buffer.take(np.eye(4))
     assert np.isnan(samples.turn_rates).all(axis=1).tolist() == [True, False, False]
     assert np.isnan(samples.accelerations).all(axis=1).tolist() == [False, True, True]
 
@@ -56,7 +56,7 @@ def test_what_no_sensor_reaches_is_not_measured(value):
     buffer.add(9, message(rate=(0.0, -70.0, 0.0), force=(0.0, 9.8, -2e4)))
     with warnings.catch_warnings():
         warnings.simplefilter('error')
-        samples = buffer.take(np.eye(3))
+        samples = buffer.take(np.eye(4))
     assert np.isnan(samples.turn_rates).all(axis=1).tolist() == [True, False, False]
     assert np.isnan(samples.accelerations).all(axis=1).tolist() == [False, True, False]
 
@@ -65,7 +65,7 @@ def test_the_oldest_samples_are_forgotten():
     buffer = ImuBuffer()
     for i in range(60_002):
         buffer.add(i * 1_000_000_000 + 7, message())
-    assert buffer.take(np.eye(3)).stamps[[0, -1]].tolist() == [2_000_000_007, 60_001_000_000_007]
+    assert buffer.take(np.eye(4)).stamps[[0, -1]].tolist() == [2_000_000_007, 60_001_000_000_007]
 
 
 @pytest.mark.parametrize('axis', range(3))
@@ -80,7 +80,7 @@ def test_what_the_limits_allow_is_measured(axis, sign):
             for limit in (MAX_TURN_RATE, MAX_ACCELERATION))
         buffer.add(1, message(rate=rate.tolist()))
         buffer.add(2, message(force=force.tolist()))
-    samples = buffer.take(np.eye(3))
+    samples = buffer.take(np.eye(4))
     assert np.isnan(samples.turn_rates).all(axis=1).tolist() == [False, False, True, False]
     assert np.isnan(samples.accelerations).all(axis=1).tolist() == [False, False, False, True]
 
@@ -91,6 +91,6 @@ def test_the_first_covariance_alone_says_that_nothing_is_measured():
         given.angular_velocity_covariance[index] = -1.0
         given.linear_acceleration_covariance[index] = -1.0
         buffer.add(1, given)
-        samples = buffer.take(np.eye(3))
+        samples = buffer.take(np.eye(4))
         assert np.isnan(samples.turn_rates).all() == (index == 0)
         assert np.isnan(samples.accelerations).all() == (index == 0)

@@ -52,6 +52,7 @@ class Gravity:
         self._turn = turn
         self._samples = SampleCheck('accelerometer', 'm/s^2', _LARGEST_FORCE)
         self._forces = ForceIntegral()
+        self._T_camera_imu = np.eye(4)  # in the axes of the camera
         self._filter: GravityFilter | None = None
         self._offset = 0
         self.reset()
@@ -121,6 +122,7 @@ class Gravity:
         :param time_offset: added to the stamps of the images to get those of the samples [s].
         """
         self._offset = round(time_offset * NANOSECONDS)
+        self._T_camera_imu[:3, 3] = samples.position
         self._forces.add(*self._samples.usable(samples.stamps, samples.accelerations))
 
     def begin(self, stamp: int) -> PoseWithCovariance | None:
@@ -149,15 +151,16 @@ class Gravity:
         if self.start is None or not self._settings.gravity:
             return
         elapsed = seconds(self._stamp, stamp)
-        self._advance(stamp, reference, measured)
-        self._stamp, self._last, self._reference = stamp, measured, reference
+        at_imu = measured @ self._T_camera_imu  # it is there that forces are measured
+        self._advance(stamp, reference, at_imu)
+        self._stamp, self._last, self._reference = stamp, at_imu, reference
         if self._filter is not None and not self.complaint:
             up = self._filter.up.in_axes(T_odom_reckoned[:3, :3])
             self._level.approach(up, T_odom_reckoned @ measured, min(elapsed, _LONGEST_STEP))
 
     def _advance(self, stamp: int, reference: PoseWithCovariance,
                  measured: PoseWithCovariance) -> None:
-        """Estimate gravity at a frame."""
+        """Estimate gravity at a frame, by the pose of the IMU that was measured."""
         position, covariance = measured.translation, measured.covariance
         if self._filter is None:
             self._begin_filter(stamp, measured)

@@ -133,7 +133,7 @@ class ImuInput:
                 raise InputError(self._missing)
             return None
         self._is_required = False
-        return self._buffer.take(T_camera_imu[:3, :3])
+        return self._buffer.take(T_camera_imu)
 
     def _poll(self) -> None:
         """Take the samples that an image waits for."""

@@ -107,6 +107,20 @@ def test_the_bias_that_tilts_the_start_is_found():
     assert np.abs(gravity.bias - bias).max() < 0.06
 
 
+def test_an_accelerometer_beside_the_camera_is_where_it_is_said_to_be():
+    """As on a robot whose camera is on a mast: turns of the camera accelerate it."""
+    place = np.array([0.1, 0.6, -0.6])
+    beside = np.eye(4)
+    beside[:3, 3] = place
+    exact = ImuModel(PERFECT, dataclasses.replace(CALIBRATED.accelerometer, offset=0.0),
+                     rate=100.0)
+    samples = imu_samples(lambda stamp: moving(stamp) @ beside, START - NANOSECONDS // 2,
+                          START + 30 * NANOSECONDS, exact, np.random.default_rng(0))
+    found = [np.abs(follow(each, seconds=30, drift=0.0)[1].bias).max()
+             for each in (samples, dataclasses.replace(samples, position=place))]
+    assert found[1] < 0.02 < 0.06 < found[0]
+
+
 def test_at_rest_noise_alone_tilts_the_start():
     samples = imu_samples(resting, START - NANOSECONDS // 2, START + NANOSECONDS, ImuModel(
         PERFECT, dataclasses.replace(IMU_MODELS['bmi055'].accelerometer, offset=0.0)),
