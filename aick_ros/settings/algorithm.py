@@ -234,7 +234,7 @@ class ImuSettings(Checked):
         2e-4, 'Random walk of the bias of the accelerometer.', unit='m/s^3/sqrt(Hz)', minimum=0.0,
         maximum=10.0)
     accelerometer_bias_sigma: float = parameter(
-        0.2, 'Standard deviation of the bias of the accelerometer at the start.', unit='m/s^2',
+        0.7, 'Standard deviation of the bias of the accelerometer at the start.', unit='m/s^2',
         minimum=0.0, maximum=10.0)
     time_offset: float = parameter(
         0.0, 'Time added to the stamps of the images to get those of the IMU.', unit='s',

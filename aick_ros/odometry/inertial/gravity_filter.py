@@ -118,12 +118,21 @@ class GravityFilter:
         return True
 
     def _hold_length(self) -> None:
-        """Update by the length of gravity, which is known."""
+        """
+        Update by the length of gravity, which is known.
+
+        An error e across gravity makes it longer by e^2 / 2 g, with a mean and a variance of its
+        own (second-order filter, Bar-Shalom 2001, section 10.3).
+        """
         gravity = self.gravity
         length = math.hypot(*gravity)
         row = np.zeros((1, 12))
         row[0, _G] = gravity / length
-        estimate = measured(self.values, self.covariance, row, _GRAVITY_VARIANCE,
-                            np.array([GRAVITY - length]))
+        projection = np.eye(3) - np.outer(gravity, gravity) / length ** 2
+        across = projection @ self.covariance[_G, _G] @ projection
+        longer = float(np.trace(across)) / (2.0 * length)
+        variance = float(np.vdot(across, across)) / (2.0 * length ** 2)
+        estimate = measured(self.values, self.covariance, row, _GRAVITY_VARIANCE + variance,
+                            np.array([GRAVITY - length - longer]))
         if estimate is not None:
             self.values, self.covariance = estimate

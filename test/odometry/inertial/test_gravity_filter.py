@@ -214,9 +214,21 @@ def test_one_position_in_a_thousand_of_noise_disagrees(factor, agrees):
         assert np.trace(estimate.covariance) < np.trace(covariance)
 
 
+@pytest.mark.parametrize('sigma', [0.3, 1.0])
+def test_gravity_of_an_uncertain_direction_is_shorter_along_the_expected_one(sigma):
+    """Against vectors of its length whose directions are drawn: mean and scatter along z."""
+    across = sigma * np.random.default_rng(3).standard_normal((100_000, 2))
+    along = np.sqrt(GRAVITY ** 2 - (across ** 2).sum(1))
+    estimate = GravityFilter(ImuSettings(), np.array([0, 0, 9.9]),
+                             np.diag([sigma ** 2, sigma ** 2, 1e6]), np.zeros(3), np.eye(3))
+    assert estimate.gravity[2] == pytest.approx(along.mean(), abs=0.003)
+    assert estimate.covariance[8, 8] == pytest.approx(0.02 ** 2 + along.var(), rel=0.1)
+
+
 def test_a_bias_is_as_uncertain_at_first_as_the_settings_say():
     estimate = GravityFilter(ImuSettings(accelerometer_bias_sigma=0.3), np.array([0, 0, 9.9]),
-                             np.eye(3), np.array([1.0, 2.0, 3.0]), 4e-4 * np.eye(3))
+                             np.diag([1e-3, 1e-3, 1.0]), np.array([1.0, 2.0, 3.0]),
+                             4e-4 * np.eye(3))
     np.testing.assert_allclose(np.diag(estimate.covariance)[[0, 3, 9, 10, 11]],
                                [4e-4, 1.0, 0.09, 0.09, 0.09])
     np.testing.assert_allclose(estimate.values[:6], [1, 2, 3, 0, 0, 0])
