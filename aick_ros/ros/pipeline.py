@@ -264,8 +264,10 @@ class Pipeline:
         self._between_frames(reset)
 
     def _set_pose(self, pose: PoseWithCovariance, paused: bool) -> None:
+        stands_still = paused or self._images is None
+
         def set_pose() -> None:
-            self._base.set_pose(pose, paused)
+            self._base.set_pose(pose, stands_still)
             self._start.cancel()
             self._logger.info('pose set', throttle_duration_sec=_POSE_THROTTLE)
         self._between_frames(set_pose)

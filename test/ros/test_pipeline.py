@@ -496,10 +496,11 @@ def test_tf_is_that_of_the_base_or_of_the_guess(make, monkeypatch, guess, child)
     assert (link.header.frame_id, link.child_frame_id) == ('odom', child)
 
 
-@pytest.mark.parametrize('paused', [False, True])
-def test_a_pose_that_is_set_knows_whether_the_node_is_paused(make, monkeypatch, paused):
+@pytest.mark.parametrize('paused, active', [(False, True), (True, True), (False, False)])
+def test_a_pose_that_is_set_knows_whether_frames_are_taken(make, monkeypatch, paused, active):
     made, given = make(), []
     monkeypatch.setattr(made.pipeline._base, 'set_pose', lambda *given_: given.append(given_))
+    monkeypatch.setattr(made.pipeline, '_images', object() if active else None)
     if paused:
         made.call('pause_odom')
     pose = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
@@ -507,10 +508,11 @@ def test_a_pose_that_is_set_knows_whether_the_node_is_paused(make, monkeypatch, 
     made.graph.wait_until(publisher.get_subscription_count, 'who takes a pose')
     publisher.publish(pose_with_covariance(0, 'odom', pose, 2.0 * np.eye(6)))
     made.graph.wait_until(lambda: made.work() or given, 'the request', made.node)
-    [(found, was_paused)] = given
+    [(found, stands_still)] = given
     np.testing.assert_allclose(found.matrix, pose, atol=1e-12)
     np.testing.assert_array_equal(found.covariance, 2.0 * np.eye(6))
-    assert was_paused is paused
+    assert stands_still is (paused or not active)
+    monkeypatch.setattr(made.pipeline, '_images', None)  # what closes it takes it for the stream
 
 
 def test_a_lost_frame_is_warned_of_with_its_reason_and_a_tracked_one_is_not(make):

@@ -15,13 +15,15 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.settings.node import NodeSettings
 
+_LARGEST_GAP = NANOSECONDS // 200  # chosen: in which a robot moves by less than wheels slip
 _LONGEST_WAIT_AT_START = 5 * NANOSECONDS  # of stamps [ns]; chosen
 
 
 class Finder(Protocol):
     """A source of transforms."""
 
-    def find(self, target: str, source: str, stamp: int, wait: float = 0.0) -> np.ndarray | None:
+    def find(self, target: str, source: str, stamp: int, wait: float = 0.0,
+             largest_gap: int = 0) -> np.ndarray | None:
         """Return ``T_target_source`` at a stamp [ns]; None: not known yet."""
 
 
@@ -36,7 +38,8 @@ class Guess:
     """
     Pose of ``frame_id`` in ``guess_frame_id``, as TF reports it.
 
-    It may wait for TF: never call it on the executor's thread.
+    It is known where its samples reach the stamp: the last one before would say that the robot
+    stands still. It may wait for TF: never call it on the executor's thread.
     """
 
     def __init__(self, transforms: Finder, extrinsics: Mounted, settings: NodeSettings) -> None:
@@ -55,7 +58,8 @@ class Guess:
 
     def _found(self, stamp: int, wait: float = 0.0) -> np.ndarray | None:
         try:
-            return self._transforms.find(self._guess_frame, self._base_frame, stamp, wait)
+            return self._transforms.find(self._guess_frame, self._base_frame, stamp, wait,
+                                         _LARGEST_GAP)
         except InputError:
             return None
 

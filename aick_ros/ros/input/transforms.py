@@ -53,7 +53,8 @@ class Transforms:
                 TFMessage, '/tf_static', self._take_fixed,
                 QoSProfile(depth=_QUEUE, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 
-    def find(self, target: str, source: str, stamp: int, wait: float = 0.0) -> np.ndarray | None:
+    def find(self, target: str, source: str, stamp: int, wait: float = 0.0,
+             largest_gap: int = _LARGEST_GAP) -> np.ndarray | None:
         """
         Return ``T_target_source`` at a stamp, 4x4; None where the two are not connected yet.
 
@@ -62,6 +63,7 @@ class Transforms:
             Frames that are not connected are waited for once, then not before there is a new link:
             images of unknown frames must not hold up the others. Never wait on the executor's
             thread: nothing would be received.
+        :param largest_gap: time from the stamp to the samples of moving links [ns].
         :raises InputError: where a moving link is known only for other times.
         """
         target, source = _plain(target), _plain(source)
@@ -80,7 +82,7 @@ class Transforms:
                 self._moving.add((target, source))
         if found is None:
             return None
-        if found.gap > _LARGEST_GAP:
+        if found.gap > largest_gap:
             raise InputError(
                 f'the transform from {quoted(source)} to {quoted(target)} moves, and the nearest '
                 f'one is {found.gap / NANOSECONDS:.1f} s from the image stamp: check that the '

@@ -120,8 +120,9 @@ class Wheels:
     def __init__(self, T):
         self.T, self.waits = T, []
 
-    def find(self, target, source, stamp, wait=0.0):
+    def find(self, target, source, stamp, wait=0.0, largest_gap=0):
         assert (target, source) == ('wheel_odom', 'base_link')
+        assert largest_gap == 5_000_000  # the last sample of wheels that lag is not where they are
         self.waits.append(wait)
         if isinstance(self.T, Exception):
             raise self.T
@@ -293,6 +294,18 @@ def test_silent_wheels_are_not_waited_for_again(T):
     assert guess.base_motion(3, 5) is not None
     assert guess.base_motion(3, 5) is not None
     assert wheels.waits == [0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0]
+
+
+def test_wheels_that_stop_are_not_waited_for_though_they_are_known_of_a_keyframe():
+    newest = 5
+    guess, wheels = guess_by(lambda stamp: drive(stamp) if stamp <= newest else None)
+    for now in (7, 9, 11):
+        assert guess.base_motion(5, now) is None
+    assert wheels.waits == [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0]
+    newest = 13
+    assert guess.base_motion(5, 13) is not None  # in time again
+    assert guess.base_motion(13, 15) is None
+    assert wheels.waits[7:] == [0.0, 0.0, 0.1, 0.0]
 
 
 def test_the_past_is_not_waited_for():

@@ -229,6 +229,27 @@ def test_silence_of_more_than_a_second_is_said(made, steady):
     assert source.complaint == ''
 
 
+@pytest.mark.parametrize('first, image, sentence', [
+    (5000, 6001, 'are stamped 1.0 s behind the images and are not used'),
+    (5000, 3900, 'are stamped 1.1 s ahead of the images and are not used'),
+    (5000, 6000, ''), (5000, 4000, '')])
+def test_another_clock_is_said_until_the_stamps_agree(made, first, image, sentence):
+    source, driver = made()
+    driver.send(first)
+    source.samples(OPTICAL, image * MS)
+    assert sentence in source.complaint and bool(source.complaint) is bool(sentence)
+    source.samples(OPTICAL, first * MS)
+    assert source.complaint == ''
+
+
+def test_an_image_that_waited_for_long_has_no_other_clock(made):
+    source, driver = made()
+    for time in (5, 9005):
+        driver.send(time)
+        source.samples(OPTICAL, 5 * MS)
+    assert source.complaint == ''
+
+
 def test_an_image_that_waits_is_no_longer_waited_for_once_it_is_inactive(made):
     source, driver = made()
     driver.send(5)

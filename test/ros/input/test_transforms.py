@@ -187,6 +187,18 @@ def test_half_a_second_from_the_stamp_a_moving_link_still_counts(heard, before):
         heard.find('base_link', 'head', 100 * SECOND + sign * (SECOND // 2 + 1))
 
 
+@pytest.mark.parametrize('gap, is_found', [(5, True), (6, False)])
+def test_samples_of_a_moving_link_may_have_to_be_nearer(heard, gap, is_found):
+    heard.listen('base_link', 'head')
+    heard.hear({('base_link', 'head'): pose(1)}, '/tf', 100 * SECOND)
+    if is_found:
+        found = heard.find('base_link', 'head', 100 * SECOND + gap, largest_gap=5)
+        np.testing.assert_allclose(found, pose(1), atol=1e-12)
+    else:
+        with pytest.raises(InputError, match='the nearest one is 0.0 s from'):
+            heard.find('base_link', 'head', 100 * SECOND + gap, largest_gap=5)
+
+
 @pytest.mark.parametrize('topic', ['/tf_static', '/tf'])
 def test_a_damaged_link_does_not_keep_the_others_from_being_heard(heard, log, topic):
     heard.listen('base_link', 'camera')
