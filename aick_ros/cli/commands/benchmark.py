@@ -20,6 +20,7 @@ from aick_ros.cli.output.benchmark_plots import FigureFolder
 from aick_ros.cli.output.benchmark_table import show_results
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.files import write_json, write_whole
+from aick_ros.cli.output.missing_pairs import without_pairs
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines.registry import METHODS, Method, make, methods_of
@@ -78,8 +79,8 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     figures = paper_figures(None if folder is None else folder.vocabularies)
     plan = Plan(installed, recordings, numbers, pairs, [] if folder is None else variants(figures))
     missing = {method.name: method.missing for method in chosen if method not in installed}
-    if folder is not None and plan.variants:
-        _learn_vocabularies(folder.vocabularies)
+    _require_pairs(plan)
+    _learn_vocabularies(folder, plan)
     with scratch_folder() as scratch, reserved(path := _journal_path(json, scratch)):
         with Interruption() as interruption:
             journal = begin(path, recordings)
@@ -123,8 +124,22 @@ def _installed(methods: Sequence[Method]) -> list[Method]:
     return installed
 
 
-def _learn_vocabularies(folder: Path) -> None:
-    """Learn the missing vocabularies; the next run with the same --plots finds them."""
+def _require_pairs(plan: Plan) -> None:
+    """
+    Check that each recording has a pair.
+
+    :raises InputError: naming one that has none at any gap.
+    """
+    for recording in plan.recordings:
+        if not plan.pairs[recording.name]:
+            raise InputError(without_pairs(recording.name, len(recording.stamps), plan.gaps))
+
+
+def _learn_vocabularies(figures: FigureFolder | None, plan: Plan) -> None:
+    """Learn vocabularies that figures lack; the next run with the same --plots finds them."""
+    if figures is None or not plan.variants:
+        return
+    folder = figures.vocabularies
     wanted = missing_from(folder)
     if not wanted:
         return

@@ -25,6 +25,7 @@ from aick_ros.cli.output.files import write_json
 from aick_ros.cli.output.run_folder import whole_folder
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_parent, check_target
 from aick_ros.errors import InputError
+from aick_ros.evaluation.runs import files
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory, write_trajectory
@@ -71,7 +72,7 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     recording = (SyntheticSource(SyntheticOptions(frames=frames)) if source is None
                  else open_source(source))
     damage = DamageLog()
-    with whole_folder(out, f'demo-{recording.name}', datetime.now()) as folder:
+    with whole_folder(out, f'{files.DEMO}{recording.name}', datetime.now()) as folder:
         bag, topics = _playable_bag(source, recording, folder, damage)
         with progress('playing to odom_node', len(recording)) as show:
             run = play(bag, topics, show)
@@ -80,14 +81,14 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
                              f'{recording.name}: see its log above')
         estimate = Trajectory(np.array([answer.stamp for answer in run.answers]),
                               np.array([answer.T_odom_base for answer in run.answers]))
-        write_trajectory(folder / 'trajectory.tum', estimate)
+        write_trajectory(folder / files.TRAJECTORY, estimate)
     truth = _of_base(recording.ground_truth)
     statistics = live_statistics(recording.name, run, compare(estimate, truth) if truth else None)
     if json is not None:
         write_json(json, statistics)
     on_stderr = json == STANDARD_OUTPUT
     table(f'odom_node on {recording.name}', table_rows(statistics), on_stderr=on_stderr)
-    line(f'trajectory of base_link: {folder / "trajectory.tum"}', on_stderr)
+    line(f'trajectory of base_link: {folder / files.TRAJECTORY}', on_stderr)
     plot = plot_path(folder / 'trajectory.png', recording.name, estimate, truth,
                      open_source(bag, SourceOptions(None, *topics)))
     line(f'plot: {plot}', on_stderr)
@@ -122,7 +123,7 @@ def _playable_bag(path: str | None, source: RgbdSource, folder: Path,
     if (path and isinstance(source, BagSource) and source.raw_topics
             and (Path(path) / 'metadata.yaml').is_file()):
         return Path(path), source.raw_topics
-    bag = folder / 'bag'
+    bag = folder / files.BAG
     with progress(f'writing {bag}', len(source)) as show:
         bag_writer.write_bag(bag, source, on_damaged=damage,
                              progress=lambda written, total: show(written))

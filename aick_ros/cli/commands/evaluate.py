@@ -17,6 +17,7 @@ from aick_ros.cli.output.consistency_plots import write_plots
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.evaluation_tables import show
 from aick_ros.cli.output.files import write_json
+from aick_ros.cli.output.missing_pairs import without_pairs
 from aick_ros.cli.output.plot_folder import make_folder, make_plot_folder, removed_if_empty
 from aick_ros.cli.output.square_files import write_square
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
@@ -80,6 +81,9 @@ def _write(evaluation: Evaluation, reading: Reading, recording: RgbdSource, json
         write_json(json, {**evaluation.to_json(), 'ended': reading.ended,
                           'damaged_images': reading.damage.count})
     show(evaluation, on_stderr=json == STANDARD_OUTPUT)
+    missing = [gap for gap, score in evaluation.pairs.items() if not score.count]
+    if recording.ground_truth is not None and missing:
+        say(without_pairs(recording.name, evaluation.frames, missing))
     if plots is not None:
         write_plots(plots, evaluation)
     if export is not None:

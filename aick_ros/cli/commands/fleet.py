@@ -83,6 +83,9 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
           info_topic: options.InfoTopic = None,
           ground_truth_topic: options.GroundTruthTopic = None,
           max_interval: options.MaxInterval = SourceOptions.max_interval,
+          register_depth: options.RegisterDepth = False,
+          depth_info_topic: options.DepthInfoTopic = None,
+          depth_in_colour: options.DepthInColour = None,
           limit: options.Limit = None, json: options.JsonFile = None) -> int:
     """
     Replay and evaluate many recordings, on this machine or a cluster.
@@ -95,13 +98,11 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     camera = camera and camera.absolute()
     recordings = find_recordings(sources or (), listed)
     check_target(json, *recordings, listed, config, camera, settings.aick.vocabulary)
-    source_options = SourceOptions(camera, colour_topic, depth_topic,
-                                   info_topic, ground_truth_topic, max_interval)
-    numbers = options.gaps_from(gaps)
+    source_options = SourceOptions(
+        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
+        register_depth, depth_info_topic, depth_in_colour)
     scratch = ScratchSpace(limit=options.bytes_from('--scratch-limit', scratch_limit))
-    jobs = {(recording, variant.name): Job(recording, variant.name, variant.settings,
-                                           source_options, numbers, limit, scratch)
-            for recording in recordings for variant in chosen}
+    jobs = _jobs(recordings, chosen, source_options, options.gaps_from(gaps), limit, scratch)
     cluster = Cluster(min(workers, len(jobs)), _memory(memory_limit), scheduler, dashboard, _TASKS)
     with removed_if_empty(out / 'runs'):
         fleet_run = _Fleet(Results(out), jobs, chosen)
@@ -111,6 +112,14 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
             rows = fleet_run.results.write_table(jobs)
     _report(rows, page(rows), out, json)
     return _interrupted(len(jobs) - len(rows)) if interruption.requested else fleet_run.code(rows)
+
+
+def _jobs(recordings: Sequence[str], chosen: Sequence[Variant], source_options: SourceOptions,
+          gaps: Sequence[int], limit: int | None, scratch: ScratchSpace) -> dict[Key, Job]:
+    """Return the job of each recording and variant."""
+    return {(recording, variant.name): Job(recording, variant.name, variant.settings,
+                                           source_options, gaps, limit, scratch)
+            for recording in recordings for variant in chosen}
 
 
 def _memory(limit: str) -> str:

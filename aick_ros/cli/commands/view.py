@@ -24,7 +24,7 @@ from aick_ros.cli.output.target import check_target
 from aick_ros.cli.output.viewer import viewer
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs import files
-from aick_ros.evaluation.runs.run import read_run
+from aick_ros.evaluation.runs.run import read_run, reject_demo
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.ros.process.environment import check_middleware
@@ -94,6 +94,7 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
         raise InputError('nothing to show: name a recording or a run, or give --live')
     if (Path(source) / files.SUMMARY).exists():
         return _show_run(Path(source), save, web, is_plain and limit is None)
+    reject_demo(Path(source))
     recording = open_source(source, reading)
     with viewer(recording.name, save, web) as stream:
         code = _run(recording, limit, settings, _view(stream, recording.ground_truth))
@@ -139,8 +140,9 @@ def _hints(watcher: Watcher) -> Iterator[None]:
 def _show_run(path: Path, save: Path | None, web: bool, is_plain: bool) -> int:
     """Show what a run has written; without options that it was begun with, or should have been."""
     if not is_plain:
-        raise InputError(f'{path} is the folder of a run: options of the odometry or of '
-                         'recordings, and --limit, have no effect on it')
+        raise InputError(f'{path} is the folder of a run, on which options of the odometry or of '
+                         'recordings, and --limit, have no effect: omit them, or name its '
+                         'recording instead')
     run = read_run(path)
     with viewer(run.source, save, web) as stream:
         shown = _view(stream, run.ground_truth)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from aick_ros.cli.output.console import decimal, say, table
+from aick_ros.cli.output.missing_pairs import without_pairs
 from aick_ros.evaluation.benchmark.results import MethodScore, Results
 
 _PROBLEMS = ('crashed', 'took longer', 'given up', 'raised', 'a frame could not be prepared')
@@ -15,17 +16,20 @@ _PROBLEMS = ('crashed', 'took longer', 'given up', 'raised', 'a frame could not 
 
 def show_results(results: Results, on_stderr: bool) -> None:
     """
-    Print a table per recording, and a line for each method that crashed or could not run.
+    Print a table per recording, and a line for what it lacks: gaps, pairs, methods.
 
     :param on_stderr: print on standard error, where JSON goes to standard output.
     """
     for recording, facts in results.recordings.items():
-        gaps = list(facts['pairs'])
+        gaps = [gap for gap, count in facts['pairs'].items() if count]
         columns = ('method', 'gap', 'pairs', 'failed', 'within\n3.3 mm', '10 mm', '50 mm',
                    'p50\n[ms]', 'p99\n[ms]', 'per frame\n[ms]')
         rows = (row for method, scores in results.methods.items()
                 for row in _rows(method, scores[recording], gaps))
         table(f'{recording}: {facts["frames"]} frames', rows, columns, on_stderr)
+        missing = [int(gap) for gap in facts['pairs'] if gap not in gaps]
+        if missing:
+            say(without_pairs(recording, facts['frames'], missing))
     for method, scores in results.methods.items():
         for recording, score in scores.items():
             for failure, count in score.failures.items():

@@ -17,15 +17,15 @@ from aick_ros.evaluation.scores.run_errors import SilentFailures
 
 
 def show(evaluation: Evaluation, on_stderr: bool) -> None:
-    """Print the tables of an evaluation."""
+    """Print the tables of an evaluation; gaps without a pair have no row."""
     thresholds = next(iter(evaluation.pairs.values())).success_ratio
+    pairs = {gap: score for gap, score in evaluation.pairs.items() if score.count}
     columns = ('gap', 'pairs', 'failed', *(f'within\n{1e3 * float(t):g} mm' for t in thresholds),
                'median\n[mm]', 'median\n[deg]', 'p50\n[ms]', 'p99\n[ms]')
     table(f'{evaluation.source}: {evaluation.frames} frames',
-          (_row(gap, score) for gap, score in evaluation.pairs.items()), columns, on_stderr)
+          (_row(gap, score) for gap, score in pairs.items()), columns, on_stderr)
     rows = [_consistency_row('odometry', evaluation.consistency),
-            *(_consistency_row(f'gap {gap}', score.consistency)
-              for gap, score in evaluation.pairs.items())]
+            *(_consistency_row(f'gap {gap}', score.consistency) for gap, score in pairs.items())]
     table('covariances', rows,
           ('', f'mean NEES\n(correct: {DOF})', 'inside\n95 %', 'inside\n99.7 %'), on_stderr)
     _show_motions(evaluation, on_stderr)

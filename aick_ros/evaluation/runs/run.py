@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,11 +61,29 @@ def read_run(path: Path) -> Run:
                summary['settings'], summary['machine'])
 
 
+def reject_demo(path: Path) -> None:
+    """
+    Check that a folder is not that of a demo, which has no frames.
+
+    :raises InputError: naming the commands for it.
+    """
+    name = os.path.basename(os.path.realpath(path))  # that of the folder, also by runs/latest
+    if (not name.startswith(files.DEMO) or not (path / files.TRAJECTORY).exists()
+            or (path / files.FRAMES).exists()):
+        return
+    bag = path / files.BAG
+    recording = str(bag) if bag.exists() else 'SOURCE'
+    raise InputError(f'{path} is the folder of a demo (aick demo), not of a run: aick view '
+                     f'{recording} shows the recording that it played, aick replay {recording} '
+                     'makes a run of it to view or compare')
+
+
 def run_folders(path: Path) -> list[Path]:
     """
     Return the folders of runs that a path stands for: itself, those in it, or those of a table.
 
-    :raises InputError: where there is none, or a table has runs with several settings.
+    :raises InputError: where there is none, it is a demo, or a table has runs with several
+        settings.
     """
     if path.suffix == '.parquet':
         return _of_table(path)
@@ -78,6 +97,7 @@ def run_folders(path: Path) -> list[Path]:
     folders = sorted(folder for folder in path.iterdir()
                      if (folder / files.SUMMARY).exists() and not folder.is_symlink())
     if not folders:
+        reject_demo(path)
         raise InputError(f'{path} has no {files.SUMMARY}, nor has a folder in it: name the folder '
                          'of a run of aick replay that has ended')
     return folders

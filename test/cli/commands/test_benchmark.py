@@ -76,6 +76,7 @@ def test_json_has_the_promised_names(aick, folder, tmp_path):
     assert set(pair) == {'count', 'failed', 'success_ratio', 'translation_median_m',
                          'rotation_median_deg', 'registration_ms', 'consistency'}
     assert figures['methods']['aick']['rendered']['pairs']['20']['count'] == 0
+    assert outcome.sentence.startswith('rendered (4 frames) has no pair at --gaps 20: ')
     assert figures['recordings']['rendered']['frames'] == 4
     assert figures['not_run'] == {}
     assert figures['threads'] == 1
@@ -135,6 +136,17 @@ def test_an_impossible_benchmark_is_rejected(aick, folder, without_rivals, argum
     outcome = aick('benchmark', folder, *arguments)
     assert outcome.code == 2
     assert sentence in outcome.err.splitlines()[-1]
+    assert os.listdir() == []
+
+
+def test_a_recording_without_a_pair_is_rejected_before_the_runs(
+        aick, folder, without_rivals, monkeypatch):
+    monkeypatch.setattr(benchmark_module, 'connected', lambda cluster: pytest.fail('it starts'))
+    outcome = aick('benchmark', folder, '--methods', 'aick-orb-350', '--limit', '8', '--gaps',
+                   '20,100', '--json', 'figures.json')
+    assert (outcome.code, outcome.sentence) == (
+        2, 'rendered (8 frames) has no pair at --gaps 20,100: name gaps below 8, or read more '
+           'frames')
     assert os.listdir() == []
 
 

@@ -98,6 +98,20 @@ def test_a_rendered_sequence_is_played_and_scored(aick, played, recording, tmp_p
     assert played.opened[-1] == (asked_bag, SourceOptions(None, *TOPICS))
 
 
+def test_a_demo_that_is_taken_for_a_run_is_named(aick, played, tmp_path):
+    assert aick('demo').code == 0
+    for bag in ('runs/latest/bag', 'SOURCE'):
+        for command in (['view', 'runs/latest', '--save', 'x.rrd'],
+                        ['compare', 'runs/latest', 'runs/latest']):
+            outcome = aick(*command)
+            assert (outcome.code, outcome.sentence) == (
+                2, 'runs/latest is the folder of a demo (aick demo), not of a run: aick view '
+                   f'{bag} shows the recording that it played, aick replay {bag} makes a run of '
+                   'it to view or compare')
+        if bag != 'SOURCE':
+            (tmp_path / bag).rmdir()  # it may be deleted
+
+
 def test_a_recording_is_written_as_a_bag_and_json_stands_alone(aick, played, tmp_path):
     outcome = aick('demo', 'desk', '--out', 'there', '--json', '-')
     assert (outcome.code, played.opened[0], played.rates) == (0, ('desk',), [1.0])

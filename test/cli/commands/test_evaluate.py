@@ -84,6 +84,18 @@ def test_that_clocks_may_differ_is_told_where_frames_have_no_ground_truth(
     assert ('check that both have the same clock' in outcome.err) is is_told
 
 
+@pytest.mark.parametrize('gaps, missing', [('1,3', ''), ('3,20,100', '20,100'), ('20', '20')])
+def test_gaps_without_a_pair_are_named_and_have_no_row(evaluate, recording, gaps, missing):
+    outcome = evaluate(recording, '--gaps', gaps, '--limit', '5')
+    assert outcome.code == 0
+    assert outcome.err == (
+        f'aick: in memory (5 frames) has no pair at --gaps {missing}: name gaps below 5, or read '
+        'more frames\n' if missing else '')
+    firsts = [line.split()[0] for line in outcome.out.splitlines() if line.strip()]
+    assert not {'20', '100'} & set(firsts) and 'gap 20' not in outcome.out
+    assert ('3' in firsts) is ('3' in gaps)
+
+
 def test_covariances_and_silent_failures_are_shown(evaluate, recording, tmp_path):
     outcome = evaluate(recording, '--gaps', '1,3', '--json', tmp_path / 'figures.json')
     figures = json.loads((tmp_path / 'figures.json').read_text())
@@ -166,6 +178,7 @@ def test_missing_ground_truth_is_reported(evaluate, recording, in_memory):
     outcome = evaluate(in_memory(list(recording.frames(raise_damage))[:3]), '--json', '-')
     assert outcome.code == 0
     assert outcome.err.startswith('aick: in memory has no ground truth')
+    assert 'no pair' not in outcome.err
     figures = json.loads(outcome.out)
     assert figures['pairs']['10']['count'] == 0
     assert figures['trajectory']['ate_rmse_m'] is None

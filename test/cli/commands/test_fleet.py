@@ -134,6 +134,23 @@ def test_an_interrupted_fleet_keeps_what_is_done(fleet, monkeypatch):
     assert len(fleet('--limit', '2')[1]) == 2
 
 
+def test_depth_is_registered_in_the_processes_too(aick, scheduler, recordings, tmp_path):
+    """Two cameras a hand apart: the figures are those of ``aick evaluate``, and of no other."""
+    assert aick('convert', recordings / 'monday' / 'rendered', 'bag', '--limit', 4).code == 0
+    common = ('bag', '--gaps', '1')
+    registered = ('--register-depth', '--depth-info-topic', '/camera/rgb/camera_info',
+                  '--depth-in-colour', 0.1, 0, 0, 0, 0, 0, 1)
+    found, expected = [], []
+    for out, options in (('plain', ()), ('registered', registered)):
+        assert aick('fleet', *common, '--out', out, '--scheduler', scheduler, *options).code == 0
+        [row] = read_table(tmp_path / out / 'table.parquet')
+        found.append(row['pairs.1.translation_median_m'])
+        figures = json.loads(aick('evaluate', *common, *options, '--json', '-').out)
+        expected.append(figures['pairs']['1']['translation_median_m'])
+    assert found == expected
+    assert found[0] != found[1]
+
+
 def test_runs_of_a_table_are_compared(fleet, aick):
     fleet('--limit', '5')
     outcome = aick('compare', 'out', 'out/table.parquet', '--json', '-', '--fail-on-regression')

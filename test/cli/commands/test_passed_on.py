@@ -106,14 +106,17 @@ def test_results_replace_no_input(aick, config, tmp_path, command, option, name,
     assert (tmp_path / name).read_bytes() == before
 
 
-def test_a_fleet_passes_everything_on_to_each_of_its_runs(aick, monkeypatch, config, tmp_path):
+@pytest.mark.parametrize('registers', [False, True])
+def test_a_fleet_passes_everything_on_to_each_of_its_runs(
+        aick, monkeypatch, config, tmp_path, registers):
     asked = []
     monkeypatch.setattr(fleet_module, 'connected', lambda cluster: asked.append(cluster))
     monkeypatch.setattr(fleet_module, '_Fleet', stop(asked))
     (tmp_path / 'desk.bag').touch()
     (tmp_path / 'hall.bag').touch()
-    aick('fleet', 'desk.bag', 'hall.bag', *READING, *SETTINGS, '--limit', '7', '--gaps', '2,3',
-         '--scratch-limit', '3GB', '--vary', 'aick.lambda_e=0.02,0.03')
+    aick('fleet', 'desk.bag', 'hall.bag', *READING, *REGISTERED * registers, *SETTINGS, '--limit',
+         '7', '--gaps', '2,3', '--scratch-limit', '3GB', '--vary', 'aick.lambda_e=0.02,0.03')
+    expected = OPTIONS | REGISTERED_OPTIONS if registers else OPTIONS
     _, jobs, variants = asked.pop()
     assert [variant.name for variant in variants] == [
         'aick.lambda_e=0.02', 'aick.lambda_e=0.03']
@@ -122,7 +125,7 @@ def test_a_fleet_passes_everything_on_to_each_of_its_runs(aick, monkeypatch, con
                      for variant in variants]
     assert list(jobs) == [(job.source, job.variant) for job in jobs.values()]
     for job in jobs.values():
-        assert job.options == SourceOptions(**OPTIONS | {'camera': tmp_path / 'camera.json'})
+        assert job.options == SourceOptions(**expected | {'camera': tmp_path / 'camera.json'})
         assert (list(job.gaps), job.limit, job.scratch.limit) == ([2, 3], 7, 3 * 10 ** 9)
         assert values(job.settings) == values(with_values(preset('paper-fast'), {
             **EXPECTED, 'aick.lambda_e': float(job.variant.partition('=')[2])}))
@@ -152,7 +155,8 @@ def test_a_benchmark_registers_what_is_asked_for(
         aick, monkeypatch, recording, flags, request_, plan, time_limit, workers):
     def scan(request, on_progress, on_damaged):
         requests.append(request)
-        return Recording(request.path, request, tuple(range(14)), recording.ground_truth)
+        stamps = tuple(frame.stamp for frame in recording.frames(None))
+        return Recording(request.path, request, stamps, recording.ground_truth)
 
     requests, clusters, asked = [], [], []
     monkeypatch.setattr(benchmark_module.Recording, 'scan', scan)

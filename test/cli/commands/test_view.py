@@ -94,7 +94,9 @@ def test_a_run_is_shown_without_its_recording(aick, folder, tmp_path):
     for options in (['--set', 'aick.alpha=0.7'], ['--colour-topic', '/x'], ['--limit', '1']):
         outcome = aick('view', 'runs/latest', '--save', 'again.rrd', *options)
         assert outcome.code == 2 and not (tmp_path / 'again.rrd').exists()
-        assert outcome.sentence.startswith('runs/latest is the folder of a run: options of')
+        assert outcome.sentence == (
+            'runs/latest is the folder of a run, on which options of the odometry or of '
+            'recordings, and --limit, have no effect: omit them, or name its recording instead')
 
 
 @pytest.mark.parametrize(('arguments', 'sentence'), [

@@ -93,7 +93,8 @@ def test_a_url_is_the_same_by_name_size_and_version(monkeypatch, change):
 @pytest.mark.parametrize('change', [
     {'settings': with_values(Settings(), {'aick.alpha': 0.123})},
     {'options': SourceOptions(max_interval=0.03)}, {'options': SourceOptions(camera='a.json')},
-    {'gaps': (1, 6)}, {'gaps': (5, 1)}, {'limit': 101}, {'limit': None}])
+    {'options': SourceOptions(register_depth=True)}, {'gaps': (1, 6)}, {'gaps': (5, 1)},
+    {'limit': 101}, {'limit': None}])
 def test_what_a_run_depends_on_is_part_of_its_identity(change):
     assert identity_of(dataclasses.replace(JOB, **change), 's') != identity_of(JOB, 's')
 

@@ -46,6 +46,18 @@ def test_rows_and_sentences(capsys, results):
         'aick: gicp was not run: pcl is missing']
 
 
+def test_gaps_without_a_pair_are_named_and_have_no_row(capsys, results):
+    """The first gap that has a row has the name of the method, too."""
+    results.recordings['a room']['pairs'] = {'1': 0, '5': 30, '200': 0}
+    show_results(results, on_stderr=False)
+    shown = capsys.readouterr()
+    rows = [line.split()[:3] for line in shown.out.splitlines() if '1.23' in line]
+    assert rows == [['aick', '5', '30'], ['ndt', '5', '30']]
+    assert shown.err.splitlines()[0] == (
+        'aick: a room (123 frames) has no pair at --gaps 1,200: name others; a pair counts where '
+        'the ground truth covers both of its frames and none is missing between them')
+
+
 def test_heads_name_what_is_in_a_column_and_its_unit(monkeypatch, results):
     shown = []
     monkeypatch.setattr(benchmark_table, 'table', lambda *given: shown.append(

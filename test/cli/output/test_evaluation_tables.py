@@ -113,6 +113,13 @@ def test_covariances_are_those_of_the_odometry_and_of_each_gap(capsys, evaluatio
     assert 'gap 5 21.0 0.210 0.420'.split() in lines
 
 
+def test_a_gap_without_a_pair_has_no_row(monkeypatch, evaluation):
+    evaluation.pairs[1].count = 0
+    tables = headed(monkeypatch, evaluation)
+    assert [row['gap'] for row in tables['a room: 123 frames']] == ['5']
+    assert [row[''] for row in tables['covariances']] == ['odometry', 'gap 5']
+
+
 def test_along_the_trajectory_all_six_come_before_translation_and_rotation(capsys, evaluation):
     lines = shown(capsys, evaluation)
     assert '10 frames 9 41.0 0.410 42.0 0.420 43.0 0.430'.split() in lines

@@ -50,6 +50,19 @@ def test_where_there_is_no_run_the_path_is_named(runs, name, sentence):
         run_folders(runs / name)
 
 
+@pytest.mark.parametrize('name, others, is_demo', [
+    ('demo-desk', [files.TRAJECTORY], True), ('desk', [files.TRAJECTORY], False),
+    ('demo-desk', [files.TRAJECTORY, files.FRAMES], False), ('demo-desk', [], False)])
+def test_a_demo_is_told_from_a_run_that_has_not_ended(tmp_path, name, others, is_demo):
+    (tmp_path / name).mkdir()
+    for other in others:
+        (tmp_path / name / other).touch()
+    (tmp_path / 'latest').symlink_to(name, target_is_directory=True)
+    with pytest.raises(InputError, match='latest is the folder of a demo' if is_demo
+                       else f'latest has no {files.SUMMARY}'):
+        run_folders(tmp_path / 'latest')
+
+
 def write_table(folder, *rows):
     """Write the table of runs: their status, variant and folder."""
     pytest.importorskip('pyarrow')
