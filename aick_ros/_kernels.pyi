@@ -103,8 +103,8 @@ def jackknife(
 def joint_estimate(
     information: np.ndarray, gradient: np.ndarray, noise: np.ndarray, curvature: float,
     other_information: np.ndarray, other_gradient: np.ndarray, other_noise: np.ndarray,
-    other_curvature: float, prior: np.ndarray, share: float, bias: np.ndarray, pose: np.ndarray, result: np.ndarray,
-    covariance: np.ndarray, gain: np.ndarray) -> None: ...
+    other_curvature: float, prior: np.ndarray, share: float, bias: np.ndarray,
+    pose: np.ndarray, result: np.ndarray, covariance: np.ndarray, gain: np.ndarray) -> None: ...
 def kalman_measurement(
     values: np.ndarray, covariance: np.ndarray, rows: np.ndarray, noise: np.ndarray,
     error: np.ndarray, largest: float, updated: np.ndarray,

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is said of gaps at which a recording has no pair of frames."""
+"""The sentence about gaps at which a recording has no pair of frames."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from aick_ros.geometry import definite, se3
+from aick_ros.odometry.inertial.disagreement import Disagreement
 from aick_ros.odometry.inertial.rotation_integral import Turn
 from aick_ros.odometry.motion_term import LARGEST_DISAGREEMENT
 
@@ -30,25 +31,23 @@ class Agreement:
 
     def __init__(self) -> None:
         self._agreed = 0  # number of rotations so far
-        self._disagreeing = 0.0  # share of the recent rotations
+        self._disagreement = Disagreement(_MEMORY, _WRONG, _RIGHT)
         self._turned = np.zeros(2)  # by the gyroscope and by the camera, of those [rad]
-        self._is_wrong = False
-        self._wrong_for = 0  # rotations
 
     @property
     def is_confirmed(self) -> bool:
-        """Whether the camera has seen enough rotations as the gyroscope has, and still does."""
-        return self._agreed >= _FIRST and not self._is_wrong
+        """Agreement of the camera with enough rotations of the gyroscope, and with the last."""
+        return self._agreed >= _FIRST and not self._disagreement.is_wrong
 
     @property
     def is_to_be_learned_anew(self) -> bool:
-        """Whether rotations have disagreed for another second: by what was learned they may."""
-        return self._wrong_for > 0 and self._wrong_for % _RETRIED == 0
+        """Disagreement for another second, of which what was learned may be the cause."""
+        return self._disagreement.is_wrong and self._disagreement.wrong_for % _RETRIED == 0
 
     @property
     def complaint(self) -> str:
         """The disagreement in one sentence; '' where they agree."""
-        if not self._is_wrong:
+        if not self._disagreement.is_wrong:
             return ''
         gyroscope, camera = np.degrees(self._turned)
         return (f'the gyroscope turns by {gyroscope:.1f} deg where the camera sees {camera:.1f} '
@@ -64,12 +63,10 @@ class Agreement:
         """
         expected = covariance + _FLOOR ** 2 * np.eye(3)
         agrees = float(error @ definite.solve(expected, error)) / 3 <= LARGEST_DISAGREEMENT
-        self._disagreeing += (float(not agrees) - self._disagreeing) / _MEMORY
+        self._disagreement.note(agrees)
         if agrees:
             self._agreed += 1
         else:
             seen = se3.exp_rotation(error) @ turn.rotation
             self._turned = np.array([se3.angle(turn.rotation), se3.angle(seen)])
-        self._is_wrong = self._disagreeing > (_RIGHT if self._is_wrong else _WRONG)
-        self._wrong_for = self._wrong_for + 1 if self._is_wrong else 0
         return agrees

@@ -12,6 +12,7 @@ import numpy as np
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
+from aick_ros.odometry.inertial.disagreement import Disagreement
 from aick_ros.odometry.inertial.force_integral import ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GRAVITY, GravityFilter
 from aick_ros.odometry.inertial.level import Level, level_orientation
@@ -73,8 +74,7 @@ class Gravity:
         """Forget which frame was level; samples are kept."""
         self.start: np.ndarray | None = None
         """Level pose of the first frame, 4x4; None where the odometry is not level."""
-        self._disagreeing, self._is_wrong = 0.0, False
-        self._wrong_for = 0  # frames
+        self._disagreement = Disagreement(_MEMORY, _WRONG, _RIGHT)
         self.restart()
 
     def restart(self) -> None:
@@ -95,7 +95,7 @@ class Gravity:
         """The contradiction of the samples to gravity or camera; '' where there is none."""
         if self._samples.unchanged:
             return self._samples.unchanged
-        if self._is_wrong:
+        if self._disagreement.is_wrong:
             return ('the accelerometer contradicts the motion of the camera: check the pose of '
                     'the IMU in the camera')
         return ''
@@ -221,11 +221,9 @@ class Gravity:
 
     def _note(self, agrees: bool) -> None:
         """Note whether a position is the one expected; begin anew, and again, where it is not."""
-        self._disagreeing += (float(not agrees) - self._disagreeing) / _MEMORY
-        self._is_wrong = self._disagreeing > (_RIGHT if self._is_wrong else _WRONG)
-        if self._is_wrong and self._wrong_for % _RETRIED == 0:
+        self._disagreement.note(agrees)
+        if self._disagreement.wrong_for % _RETRIED == 1:
             self._filter = None
-        self._wrong_for = self._wrong_for + 1 if self._is_wrong else 0
 
 
 def _added(pose: PoseWithCovariance, before: PoseWithCovariance) -> np.ndarray:

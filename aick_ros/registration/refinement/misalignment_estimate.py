@@ -167,8 +167,10 @@ class MisalignmentEstimate:
                 values[unknowns] = 0.0
         self._misalignment = Misalignment.of(self._known.values + values)
         self._delay_sigma = self._sigma_of_delay(values, *by_all)
-        self._offset_covariance = self._covariance_of(_OFFSET, values, *by_all)
-        self._focal_covariance = self._covariance_of(_FOCAL, values, *by_all)
+        estimate, scatter = by_all
+        full = self._equations.full_covariance(scatter, _DESIGN_EFFECT)
+        self._offset_covariance = _covariance_of(_OFFSET, values, estimate, full)
+        self._focal_covariance = _covariance_of(_FOCAL, values, estimate, full)
 
     def _sigma_of_delay(self, applied: np.ndarray, estimate: np.ndarray,
                         scatter: np.ndarray) -> float:
@@ -182,27 +184,6 @@ class MisalignmentEstimate:
         covariance = self._equations.full_covariance(scatter, _DELAY_DESIGN_EFFECT)
         variance = covariance[_DELAY, _DELAY] + (estimate - applied)[_DELAY] ** 2
         return min(float(np.sqrt(variance)), _LARGEST_DELAY_SIGMA)
-
-    def _covariance_of(self, part: slice, applied: np.ndarray, estimate: np.ndarray,
-                       scatter: np.ndarray) -> np.ndarray:
-        """
-        Return the covariance of one part of the unknowns, by all of them together.
-
-        Where none is applied there may be none, as is likely for a camera that was calibrated:
-        by Bayes' rule.
-
-        Parameters are as for :meth:`_sigma_of_delay`.
-        """
-        covariance = self._equations.full_covariance(scatter, _DESIGN_EFFECT)[part, part]
-        if not np.isfinite(covariance).all():
-            return _unknown(part)
-        estimate, error = estimate[part], (estimate - applied)[part]
-        square = float(estimate @ definite.solve(covariance, estimate))
-        prior = np.diag(PRIOR_SIGMAS[part] ** 2)
-        contraction = np.linalg.slogdet(definite.solve(prior, covariance))[1]
-        odds = math.log(_PROBABILITY / (1.0 - _PROBABILITY)) + 0.5 * (square + contraction)
-        probability = 1.0 if applied[part].any() else 0.5 + 0.5 * math.tanh(0.5 * odds)
-        return probability * (covariance + np.outer(error, error))
 
     def _margins(self, parts: tuple[slice, ...], estimate: np.ndarray,
                  scatter: np.ndarray) -> list[float]:
@@ -218,6 +199,29 @@ class MisalignmentEstimate:
             margin = min(significance / _SIGNIFICANT[size][latest], square / _LARGE[size])
             margins.append(margin / _STILL_SIGNIFICANT if part in self._applied else margin)
         return margins
+
+
+def _covariance_of(part: slice, applied: np.ndarray, estimate: np.ndarray,
+                   covariance: np.ndarray) -> np.ndarray:
+    """
+    Return the covariance of one part of the unknowns, by all of them together.
+
+    Where none is applied there may be none, as is likely for a camera that was calibrated: by
+    Bayes' rule.
+
+    :param applied: deviations that are; an estimate that is not is an error of its size.
+    :param estimate: of all unknowns; ``covariance``: of the estimate.
+    """
+    covariance = covariance[part, part]
+    if not np.isfinite(covariance).all():
+        return _unknown(part)
+    estimate, error = estimate[part], (estimate - applied)[part]
+    square = float(estimate @ definite.solve(covariance, estimate))
+    prior = np.diag(PRIOR_SIGMAS[part] ** 2)
+    contraction = np.linalg.slogdet(definite.solve(prior, covariance))[1]
+    odds = math.log(_PROBABILITY / (1.0 - _PROBABILITY)) + 0.5 * (square + contraction)
+    probability = 1.0 if applied[part].any() else 0.5 + 0.5 * math.tanh(0.5 * odds)
+    return probability * (covariance + np.outer(error, error))
 
 
 def _unknown(part: slice) -> np.ndarray:

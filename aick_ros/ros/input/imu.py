@@ -55,7 +55,7 @@ class ImuInput:
         self._awaited: int | None = None  # stamp of an image [ns]
         self._missing = ''  # which transform is missing, in one sentence
         self._clock = ''  # how the stamps differ from those of the images, in one sentence
-        self._oldest: int | None = None  # stamp of the first sample [ns]
+        self._oldest: int | None = None  # stamp of the last sample at the first image [ns]
         self._node = node
         self._subscription: PolledSubscription | None = None
         self._timer: Timer | None = None

@@ -329,7 +329,7 @@ def test_the_bias_is_a_copy(play):
 
 def test_the_complaint_says_what_to_check(play):
     played = play()
-    played.gravity._is_wrong = True
+    played.gravity._disagreement.wrong_for = 1
     assert played.gravity.complaint == (
         'the accelerometer contradicts the motion of the camera: check the pose of the IMU in the '
         'camera')
