@@ -67,7 +67,8 @@ def estimate(
     jacobian: np.ndarray, values: np.ndarray, weights: np.ndarray, blocks: np.ndarray,
     other_jacobian: np.ndarray, other_values: np.ndarray, other_weights: np.ndarray,
     other_blocks: np.ndarray, prior: np.ndarray, weight: float, bias: np.ndarray,
-    error: np.ndarray, covariance: np.ndarray, marginal_information: np.ndarray,
+    mean_shape: np.ndarray, share: float, error: np.ndarray, covariance: np.ndarray,
+    expected_covariance: np.ndarray, scatter: np.ndarray, marginal_information: np.ndarray,
     marginal_gradient: np.ndarray, marginal_noise: np.ndarray) -> float: ...
 def exp_pose(twist: Sequence[float] | np.ndarray, pose: np.ndarray) -> None: ...
 def exp_rotation(theta: Sequence[float] | np.ndarray, rotation: np.ndarray) -> None: ...

@@ -106,12 +106,12 @@ def test_a_filled_image_of_another_size_is_refused():
 def test_blocks_out_of_range_are_refused(block):
     good, bad = ((np.ones((2, 6)), np.ones(2), np.ones(2), np.array([0, last]))
                  for last in (1, block))
-    found = [np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(6), np.zeros((6, 6))]
+    found = [np.zeros(6), *np.zeros((4, 6, 6)), np.zeros(6), np.zeros((6, 6))]
     with pytest.raises(ValueError, match='a block has a number out of range'):
         kernels.gradient_noise(*bad, np.zeros((6, 6)))
     for kinds in ((*bad, *good), (*good, *bad)):
         with pytest.raises(ValueError, match='a block has a number out of range'):
-            kernels.estimate(*kinds, np.eye(6), 1.0, np.eye(6), *found)
+            kernels.estimate(*kinds, np.eye(6), 1.0, np.eye(6), np.eye(6), 0.5, *found)
 
 
 def test_arrays_that_are_not_aligned_are_refused():

@@ -34,7 +34,7 @@ bool factorize(double *matrix, Py_ssize_t size) {
   return true;
 }
 
-void substitute(const double *factor, Py_ssize_t size, double *sides, Py_ssize_t count) {
+void substitute_down(const double *factor, Py_ssize_t size, double *sides, Py_ssize_t count) {
   for (Py_ssize_t i = 0; i < size; ++i) {
     for (Py_ssize_t k = 0; k < i; ++k)
       for (Py_ssize_t n = 0; n < count; ++n)
@@ -42,6 +42,10 @@ void substitute(const double *factor, Py_ssize_t size, double *sides, Py_ssize_t
     for (Py_ssize_t n = 0; n < count; ++n)
       sides[count * i + n] *= factor[size * i + i];
   }
+}
+
+void substitute(const double *factor, Py_ssize_t size, double *sides, Py_ssize_t count) {
+  substitute_down(factor, size, sides, count);
   for (Py_ssize_t i = size - 1; i >= 0; --i) {
     for (Py_ssize_t k = i + 1; k < size; ++k)
       for (Py_ssize_t n = 0; n < count; ++n)

@@ -16,6 +16,9 @@ enum { MOST_UNKNOWNS = 64 };
 // diagonal; return false where the matrix is not positive definite, or not finite.
 bool factorize(double *matrix, Py_ssize_t size);
 
+// Replace the right sides by the solutions of the equations of the factor alone.
+void substitute_down(const double *factor, Py_ssize_t size, double *sides, Py_ssize_t count);
+
 // Replace the right sides, a row for each equation, by the solutions.
 void substitute(const double *factor, Py_ssize_t size, double *sides, Py_ssize_t count);
 

@@ -81,17 +81,83 @@ static void set_inverse(const Matrix matrix, Matrix inverse) {
         inverse[i][j] = NAN;
 }
 
+static void transpose(const Matrix matrix, Matrix transposed) {
+  for (int i = 0; i < UNKNOWNS; ++i)
+    for (int j = 0; j < UNKNOWNS; ++j)
+      transposed[j][i] = matrix[i][j];
+}
+
+// Multiply the columns of a matrix by a Cholesky factor with inverse pivots.
+static void multiply_down(const Matrix factor, Matrix columns) {
+  for (int i = UNKNOWNS - 1; i >= 0; --i) {
+    for (int j = 0; j < UNKNOWNS; ++j) {
+      columns[i][j] /= factor[i][i];
+      for (int k = 0; k < i; ++k)
+        columns[i][j] += factor[i][k] * columns[k][j];
+    }
+  }
+}
+
+// Multiply a matrix from both sides by a Cholesky factor or, to undo that, by its inverse.
+static void multiply_sides(const Matrix factor, bool by_inverse, Matrix matrix) {
+  for (int side = 0; side < 2; ++side) {
+    Matrix transposed;
+    transpose(matrix, transposed);
+    if (by_inverse)
+      substitute_down(*factor, UNKNOWNS, *transposed, UNKNOWNS);
+    else
+      multiply_down(factor, transposed);
+    memcpy(matrix, transposed, sizeof(Matrix));
+  }
+}
+
+// The shape that the covariance of a gradient has in the mean, in units of the information, and
+// its share in what is expected.
+typedef struct {
+  const double (*shape)[UNKNOWNS];
+  double share;
+} Mean;
+
+// Give a share of the mean shape to the covariance of a gradient, of its own scale; set what it is
+// in units of the information, zero where that is not definite.
+static void give_shape(const Mean *mean, const Matrix information, Matrix noise, Matrix shown) {
+  Matrix factor;
+  memcpy(factor, information, sizeof(Matrix));
+  memset(shown, 0, sizeof(Matrix));
+  if (!factorize(*factor, UNKNOWNS))
+    return;
+  memcpy(shown, noise, sizeof(Matrix));
+  multiply_sides(factor, true, shown);
+  double scale = 0.0;
+  for (int i = 0; i < UNKNOWNS; ++i)
+    scale += shown[i][i] / UNKNOWNS;
+  for (int i = 0; i < UNKNOWNS; ++i)
+    for (int j = 0; j < UNKNOWNS; ++j)
+      noise[i][j] = shown[i][j] + mean->share * (scale * mean->shape[i][j] - shown[i][j]);
+  multiply_sides(factor, false, noise);
+}
+
 // The estimate of a pose by residuals and a prior.
 typedef struct {
-  double *error, (*covariance)[UNKNOWNS];
+  double *error, (*covariance)[UNKNOWNS], (*expected)[UNKNOWNS], (*scatter)[UNKNOWNS];
   double design_effect;
 } Estimate;
 
+// Set the covariance of an estimate by the inverse of its information, and that of its gradient.
+static void set_covariance(const Matrix inverse, const Matrix noise, const Matrix prior,
+                           Matrix covariance) {
+  Matrix sum, gains = {{0.0}};
+  add(noise, prior, sum);
+  add_square_product(*inverse, *sum, 1.0, gains);
+  memset(covariance, 0, sizeof(Matrix));
+  add_square_product(*gains, *inverse, 1.0, covariance);
+}
+
 // Estimate by up to two kinds of residuals, whose blocks are below the numbers given; set their
 // equations too. Return false where there is no memory.
-static bool estimate(const Kind *kinds, const Py_ssize_t *ends, const Matrix prior, Equations *of,
-                     Estimate *to) {
-  Matrix sum, inverse, gains = {{0.0}};
+static bool estimate(const Kind *kinds, const Py_ssize_t *ends, const Matrix prior,
+                     const Mean *mean, Equations *of, Estimate *to) {
+  Matrix sum, inverse;
   for (int k = 0; k < 2; ++k)
     add_equations(kinds[k].jacobian, kinds[k].values, kinds[k].weights, kinds[k].count,
                   *of->information, of->gradient);
@@ -105,26 +171,25 @@ static bool estimate(const Kind *kinds, const Py_ssize_t *ends, const Matrix pri
   for (int k = 0; k < 2; ++k)
     if (!add_gradient_noise(&kinds[k], ends[k], to->error, *of->noise))
       return false;
-  add(of->noise, prior, sum);
   to->design_effect = 0.0;
-  for (int i = 0; i < UNKNOWNS; ++i) {
-    for (int j = 0; j < UNKNOWNS; ++j) {
-      to->design_effect += inverse[i][j] * sum[i][j] / UNKNOWNS;
-      to->covariance[i][j] = 0.0;
-    }
-  }
-  add_square_product(*inverse, *sum, 1.0, gains);
-  add_square_product(*gains, *inverse, 1.0, to->covariance);
+  for (int i = 0; i < UNKNOWNS; ++i)
+    for (int j = 0; j < UNKNOWNS; ++j)
+      to->design_effect += inverse[i][j] * (of->noise[i][j] + prior[i][j]) / UNKNOWNS;
+  set_covariance(inverse, of->noise, prior, to->covariance);
+  give_shape(mean, sum, of->noise, to->scatter);
+  set_covariance(inverse, of->noise, prior, to->expected);
   return true;
 }
 
 PyObject *kernel_estimate(PyObject *module, PyObject *arguments) {
-  PyObject *objects[15];
+  PyObject *objects[18];
   double weight;
-  if (!PyArg_ParseTuple(arguments, "OOOOOOOOOdOOOOOO", &objects[0], &objects[1], &objects[2],
+  Mean mean;
+  if (!PyArg_ParseTuple(arguments, "OOOOOOOOOdOOdOOOOOOO", &objects[0], &objects[1], &objects[2],
                         &objects[3], &objects[4], &objects[5], &objects[6], &objects[7],
-                        &objects[8], &weight, &objects[9], &objects[10], &objects[11],
-                        &objects[12], &objects[13], &objects[14]))
+                        &objects[8], &weight, &objects[9], &objects[10], &mean.share, &objects[11],
+                        &objects[12], &objects[13], &objects[14], &objects[15], &objects[16],
+                        &objects[17]))
     return NULL;
   const Py_ssize_t size = UNKNOWNS * UNKNOWNS;
   const Py_ssize_t count = row_count(objects[1]), others = row_count(objects[5]);
@@ -139,11 +204,14 @@ PyObject *kernel_estimate(PyObject *module, PyObject *arguments) {
       {"the other blocks", objects[7], 'q', others, false},
       {"the prior", objects[8], 'd', size, false},
       {"the bias", objects[9], 'd', size, false},
-      {"the error", objects[10], 'd', UNKNOWNS, true},
-      {"the covariance", objects[11], 'd', size, true},
-      {"the marginal information", objects[12], 'd', size, true},
-      {"the marginal gradient", objects[13], 'd', UNKNOWNS, true},
-      {"the marginal noise", objects[14], 'd', size, true},
+      {"the mean shape", objects[10], 'd', size, false},
+      {"the error", objects[11], 'd', UNKNOWNS, true},
+      {"the covariance", objects[12], 'd', size, true},
+      {"the covariance expected", objects[13], 'd', size, true},
+      {"the scatter", objects[14], 'd', size, true},
+      {"the marginal information", objects[15], 'd', size, true},
+      {"the marginal gradient", objects[16], 'd', UNKNOWNS, true},
+      {"the marginal noise", objects[17], 'd', size, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
@@ -155,14 +223,15 @@ PyObject *kernel_estimate(PyObject *module, PyObject *arguments) {
   Matrix information = {{0.0}}, noise = {{0.0}};
   double gradient[UNKNOWNS] = {0.0};
   Equations equations = {information, gradient, noise, 1.0};
-  Equations marginal = {views[12].buf, views[13].buf, views[14].buf, 1.0};
-  Estimate found = {views[10].buf, views[11].buf, 0.0};
+  Equations marginal = {views[15].buf, views[16].buf, views[17].buf, 1.0};
+  Estimate found = {views[11].buf, views[12].buf, views[13].buf, views[14].buf, 0.0};
+  mean.shape = views[10].buf;
   const Py_ssize_t end = end_of_blocks(&kinds[0]);
   const Py_ssize_t ends[2] = {end, end < 0 ? end : end_of_blocks(&kinds[1])};
   bool is_done = ends[1] >= 0;
   if (is_done) {
     Py_BEGIN_ALLOW_THREADS
-    is_done = estimate(kinds, ends, views[8].buf, &equations, &found);
+    is_done = estimate(kinds, ends, views[8].buf, &mean, &equations, &found);
     if (is_done)
       marginalise(&equations, weight, views[9].buf, &marginal);
     Py_END_ALLOW_THREADS

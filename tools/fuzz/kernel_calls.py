@@ -44,7 +44,8 @@ derivative_squares B:h,v
 describe_points B>x,y %z f:4,256 %i f:n,2 d:n B>n,32
 disc_directions B:h,v %b q:r f:n,2 d>n
 eliminate d:u,u d:k,u d:6,6 d>l,l d>k,l
-estimate d:n,6 d:n d:n q:n d:m,6 d:m d:m q:m d:6,6 %f d:6,6 d>6 d>6,6 d>6,6 d>6 d>6,6
+estimate d:n,6 d:n d:n q:n d:m,6 d:m d:m q:m d:6,6 %f d:6,6 d:6,6 %f d>6 d>6,6 \
+ d>6,6 d>6,6 d>6,6 d>6 d>6,6
 exp_pose d:6 d>4,4
 exp_rotation d:3 d>3,3
 fit_moments d:4,4 %f %f d>4,4

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import kernels
+from aick_ros.registration.refinement.mean_scatter import SHARE
 from aick_ros.registration.refinement.residuals import PRIOR, NormalEquations, Residuals, curvature
 
 _SMALLEST_FACTOR = 0.01
@@ -29,37 +30,45 @@ class Estimate:
 
     :param error: 6; the estimate has the prior for itself.
     :param covariance: of the error by the scatter of the residuals about it, 6x6.
-    :param design_effect: variance by the scatter, as a ratio to that by the noise assumed; 1
+    :param expected_covariance: likewise, by the scatter expected of them.
+    :param design_effect: variance by their scatter, as a ratio to that by the noise assumed; 1
         without data.
+    :param shown: their scatter, 6x6, in units of the information.
     :param marginal: weighted normal equations without the prior, the bias marginalised.
-    :param scatter: covariance of their gradient by the scatter, 6x6.
+    :param scatter: covariance of their gradient by the scatter expected, 6x6.
     :param curvature: of the robust cost, as a ratio to what the information says.
     """
 
     error: np.ndarray
     covariance: np.ndarray
+    expected_covariance: np.ndarray
     design_effect: float
+    shown: np.ndarray
     marginal: NormalEquations
     scatter: np.ndarray
     curvature: float
 
     @classmethod
-    def of(cls, kinds: Sequence[Residuals], weight: float, bias: np.ndarray) -> Estimate:
+    def of(cls, kinds: Sequence[Residuals], weight: float, bias: np.ndarray,
+           shape: np.ndarray | None = None) -> Estimate:
         """
         Return the estimate by residuals of up to two kinds.
 
         :param weight: of them in the joint estimate.
         :param bias: covariance of the one that they see the pose with, 6x6, diagonal.
+        :param shape: of their scatter as it is in the mean, 6x6, in units of the information, with
+            a trace of 6; None: not known.
         """
         one, other = (*kinds, _NONE, _NONE)[:2]
-        error, covariance = np.empty(6), np.empty((6, 6))
+        error, (covariance, expected, shown) = np.empty(6), np.empty((3, 6, 6))
         information, gradient, scatter = np.empty((6, 6)), np.empty(6), np.empty((6, 6))
         design_effect = kernels.estimate(
             one.jacobian, one.values, one.weights, one.blocks, other.jacobian, other.values,
-            other.weights, other.blocks, PRIOR, weight, bias, error, covariance, information,
+            other.weights, other.blocks, PRIOR, weight, bias, PRIOR if shape is None else shape,
+            0.0 if shape is None else SHARE, error, covariance, expected, shown, information,
             gradient, scatter)
-        return cls(error, covariance, design_effect, NormalEquations(information, gradient),
-                   scatter, curvature(kinds))
+        return cls(error, covariance, expected, design_effect, shown,
+                   NormalEquations(information, gradient), scatter, curvature(kinds))
 
 
 def joint_estimate(keypoints: Estimate, depth: Estimate, pose: np.ndarray,

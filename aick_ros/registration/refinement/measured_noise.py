@@ -29,7 +29,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.geometry.pose import along_all_axes
+from aick_ros.registration.refinement.mean_scatter import MeanScatter
 from aick_ros.registration.refinement.point_choice import PointChoice
 from aick_ros.registration.refinement.position_jitter import MeanJitter, PosesByKind, jitter
 
@@ -79,6 +81,7 @@ class NoiseSample:
     :param normalised: squared bias by its covariance, per degree of freedom.
     :param squares: mean squared bias along an axis and about an axis [m^2, rad^2].
     :param poses: by keypoints and by depth alone.
+    :param scatters: of the keypoints and of depth, 6x6, in units of their information.
     :param rare: logarithm of the variance between parts of the image on planes which few cells
         face as, by that on planes which many do; None where it shows none.
     """
@@ -88,6 +91,7 @@ class NoiseSample:
     normalised: float
     squares: tuple[float, float]
     poses: PosesByKind | None = None
+    scatters: tuple[np.ndarray, np.ndarray] | None = None
     rare: float | None = None
 
 
@@ -100,12 +104,16 @@ class Noise:
     :param bias: 6x6 covariance of the bias between keypoints and depth [m^2, m rad, rad^2].
     :param depth_bias: that of the part of it which is due to depth; diagonal.
     :param keypoint_jitter: 6x6 covariance of the jitter of the pose by keypoints; diagonal.
+    :param keypoint_scatter: its shape, in the mean.
+    :param depth_scatter: likewise, that of depth.
     """
 
     keypoints: float = 1.0
     bias: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     depth_bias: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     keypoint_jitter: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    keypoint_scatter: MeanScatter = MeanScatter()
+    depth_scatter: MeanScatter = MeanScatter()
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +161,7 @@ class MeasuredNoise:
     def __init__(self) -> None:
         self._averages: dict[int, _Average] = {}  # of the ranges that have samples
         self._recent: tuple[PosesByKind, ...] = ()  # of up to three registrations
+        self._scatters = MeanScatter(), MeanScatter()  # of the keypoints and of depth
         self.points = PointChoice()
         """The choice of points of a surface."""
 
@@ -162,13 +171,18 @@ class MeasuredNoise:
 
         :param motion: mean displacement of the tracks in the image [px].
         """
-        return self._average(_range_of(motion)).noise(motion)
+        of_keypoints, of_depth = self._scatters
+        return replaced(self._average(_range_of(motion)).noise(motion),
+                        keypoint_scatter=of_keypoints, depth_scatter=of_depth)
 
     def learn(self, sample: NoiseSample) -> None:
         """Add one registration to the averages."""
         at = _range_of(sample.motion)
         average = self._average(at).with_sample(sample, self._jitter(sample))
         self._averages[at] = average
+        if sample.scatters is not None:
+            of_keypoints, of_depth = map(MeanScatter.with_sample, self._scatters, sample.scatters)
+            self._scatters = of_keypoints, of_depth
         if sample.rare is not None:
             # of a bias large surfaces have the larger part, however alike their scatter is
             has_bias = average.normalised > math.log(_BIAS_BOUNDS[0])

@@ -15,6 +15,7 @@ from functools import partial
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
@@ -243,14 +244,15 @@ class _Problem:
         """
         noise = self._noise
         by_keypoints, by_depth = self._of_keypoints(pose), self._of_depth(pose)
-        keypoints = Estimate.of(by_keypoints, 1 / noise.keypoints, noise.keypoint_jitter)
-        depth = Estimate.of(by_depth, 1.0, noise.depth_bias)
+        keypoints = Estimate.of(by_keypoints, 1 / noise.keypoints, noise.keypoint_jitter,
+                                noise.keypoint_scatter.shape)
+        depth = Estimate.of(by_depth, 1.0, noise.depth_bias, noise.depth_scatter.shape)
         joint, covariance, gain = joint_estimate(keypoints, depth, pose, noise.bias)
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
         bias, measure = None, None
         if by_depth:
             bias = SensorBias(depth.error - keypoints.error,
-                              keypoints.covariance + depth.covariance, gain)
+                              keypoints.expected_covariance + depth.expected_covariance, gain)
             if len(self._tracks) >= FEWEST_TO_CONFIRM:
                 measure = Measure(
                     partial(self._noise_shown_by, bias, pose, keypoints, depth, by_depth[0]),
@@ -269,13 +271,15 @@ class _Problem:
     def _noise_shown_by(self, bias: SensorBias, pose: np.ndarray, keypoints: Estimate,
                         depth: Estimate, residuals: PlaneResiduals) -> NoiseSample:
         """Return the noise by two estimates, made at a pose, with the bias between them."""
+        by_their_scatter = replaced(bias, covariance=keypoints.covariance + depth.covariance)
         poses = PosesByKind((self._source.stamp, self._target.stamp),
                             se3.perturbed(pose, -keypoints.error),
                             se3.perturbed(pose, -depth.error),
                             float(np.trace(keypoints.covariance[:3, :3])) / 3)
         target = self._target.surface
         return NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
-                           bias.normalised, bias.squares, poses,
+                           by_their_scatter.normalised, bias.squares, poses,
+                           (keypoints.shown, depth.shown),
                            None if target is None else self._choice.shown_by(residuals, target))
 
     def _of_keypoints(self, pose: np.ndarray) -> list[Residuals]:

@@ -10,6 +10,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.estimate import Estimate, joint_estimate
+from aick_ros.registration.refinement.mean_scatter import SHARE
 from aick_ros.registration.refinement.residuals import Residuals, curvature, gradient_noise
 
 PRIOR = np.eye(6)
@@ -71,6 +72,29 @@ def test_a_bias_is_marginalised(directions):
                                rtol=1e-7)
     gain = 0.4 * (np.eye(6) - gains @ root.T)
     np.testing.assert_allclose(found.scatter, gain @ noise @ gain.T, rtol=1e-7, atol=1e-12)
+
+
+def test_scatter_has_most_of_its_shape_from_the_mean_and_all_of_its_scale_from_the_residuals():
+    kinds, rng = [residuals(7, 30)], np.random.default_rng(3)
+    root = rng.normal(size=(6, 6))
+    shape = root @ root.T * 6 / np.trace(root @ root.T)
+    information, gradient = sums(kinds)
+    inverse = np.linalg.inv(information + PRIOR)
+    plain, found = Estimate.of(kinds, 0.4, NO_BIAS), Estimate.of(kinds, 0.4, NO_BIAS, shape)
+    factor = np.linalg.cholesky(information + PRIOR)
+    noise = scatter_of(kinds, inverse @ gradient)
+    for each in (plain, found):
+        np.testing.assert_allclose(factor @ each.shown @ factor.T, noise, rtol=1e-9, atol=1e-10)
+    scale = np.trace(inverse @ noise) / 6
+    assert np.trace(found.shown) / 6 == pytest.approx(scale)
+    expected = (1 - SHARE) * noise + SHARE * scale * factor @ shape @ factor.T
+    np.testing.assert_allclose(found.scatter, 0.16 * expected, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(found.expected_covariance, inverse @ (expected + PRIOR) @ inverse,
+                               rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(found.covariance, plain.covariance)
+    np.testing.assert_allclose(plain.expected_covariance, plain.covariance, rtol=1e-9)
+    assert found.design_effect == plain.design_effect
+    np.testing.assert_array_equal(found.error, plain.error)
 
 
 def test_a_bias_has_a_covariance_of_six_directions():

@@ -374,3 +374,15 @@ def test_what_another_range_lends_counts_as_the_prior_does():
     noise.learn(NoiseSample(FAST, 64.0, 1.0, SQUARES))
     assert noise.expected(FAST).keypoints == pytest.approx(lent ** 0.75 * 64.0 ** 0.25)
     assert noise.expected(SLOW).keypoints == lent
+
+
+def test_the_shape_of_the_scatter_is_the_mean_of_either_kind():
+    noise = MeasuredNoise()
+    shapes = np.diag([6.0, 0, 0, 0, 0, 0]), np.diag([0, 0, 0, 0, 0, 6.0])
+    for _ in range(200):
+        noise.learn(NoiseSample(SLOW, 1.0, 1.0, SQUARES, scatters=shapes))
+    noise.learn(NoiseSample(SLOW, 1.0, 1.0, SQUARES))  # shows none
+    for motion in (SLOW, FAST):
+        expected = noise.expected(motion)
+        for found, shape in zip((expected.keypoint_scatter, expected.depth_scatter), shapes):
+            np.testing.assert_allclose(found.shape, shape, atol=0.2)

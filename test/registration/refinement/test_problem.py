@@ -12,6 +12,7 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement import refinement
+from aick_ros.registration.refinement.mean_scatter import SHARE, MeanScatter
 from aick_ros.registration.refinement.measured_noise import Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Misalignment, image_height
 from aick_ros.registration.refinement.refinement import _Problem
@@ -62,7 +63,10 @@ class Told:
             'misalignment_sample', of) and 'misalignment_sample')
         jitter, by_depth, bias = (np.diag(np.square(root))
                                   for root in 0.004 * rng.standard_normal((3, 6)))
-        self.noise = Noise(keypoints=3.0, bias=bias, keypoint_jitter=jitter, depth_bias=by_depth)
+        of_keypoints, of_depth = (MeanScatter(np.diag(shape)) for shape in (
+            [0.4, 0.6, 0.8, 1.0, 1.2, 2.0], [3.0, 1.0, 0.5, 0.5, 0.5, 0.5]))
+        self.noise = Noise(keypoints=3.0, bias=bias, keypoint_jitter=jitter, depth_bias=by_depth,
+                           keypoint_scatter=of_keypoints, depth_scatter=of_depth)
         self.motions = []
         self.source, self.target = (SimpleNamespace(
             stamp=stamp, surface=Surface(name, points) if name in depth else None,
@@ -116,6 +120,20 @@ def own(kinds):
     about = [Residuals(kind.values - kind.jacobian @ error, kind.jacobian, kind.weights,
                        kind.blocks) for kind in kinds]
     return error, gradient_noise(about), inverse
+
+
+def expected(kinds, mean):
+    """Return the covariance of the gradient that has most of its shape from a mean."""
+    root = np.linalg.cholesky(information(kinds) + PRIOR)
+    shown = np.linalg.solve(root, np.linalg.solve(root, own(kinds)[1]).T)
+    return root @ ((1 - SHARE) * shown + SHARE * np.trace(shown) / 6 * mean.shape) @ root.T
+
+
+def covariances(told):
+    """Return the covariances by each kind of residual with the prior: as is expected, and own."""
+    for kinds, mean in zip(told.kinds(), (told.noise.keypoint_scatter, told.noise.depth_scatter)):
+        _, scatter, inverse = own(kinds)
+        yield [inverse @ (noise + PRIOR) @ inverse for noise in (expected(kinds, mean), scatter)]
 
 
 def assert_others(told, kinds):
@@ -176,22 +194,23 @@ def test_the_pose_is_that_of_all_informations_with_the_biases_marginalised(tell)
     told = tell()
     refined, noise = told.problem.finish(POSE), told.noise
     (total, curved, scatter), pull = np.zeros((3, 6, 6)), np.zeros(6)
-    for kinds, weight, bias in zip(told.kinds(), (1 / 3.0, 1.0),
-                                   (noise.keypoint_jitter, noise.depth_bias)):
+    for kinds, weight, bias, mean in zip(told.kinds(), (1 / 3.0, 1.0),
+                                         (noise.keypoint_jitter, noise.depth_bias),
+                                         (noise.keypoint_scatter, noise.depth_scatter)):
         seen = np.linalg.inv(weight * information(kinds))
         marginal = np.linalg.inv(seen + bias)
         total += marginal
         curved += curvature(kinds) * marginal
         pull += marginal @ seen @ (weight * gradient(kinds))
         gain = weight * marginal @ seen
-        scatter += gain @ own(kinds)[1] @ gain.T
+        scatter += gain @ expected(kinds, mean) @ gain.T
     inverse = np.linalg.inv(total + PRIOR)
     np.testing.assert_allclose(refined.T_target_source,
                                se3.perturbed(POSE, -inverse @ pull), atol=1e-12)
     spread = np.linalg.inv(curved + PRIOR)
-    expected = spread @ (scatter + 0.01 * total + PRIOR) @ spread + noise.bias
-    np.testing.assert_allclose(refined.covariance, expected, rtol=1e-8,
-                               atol=1e-10 * np.abs(expected).max())
+    covariance = spread @ (scatter + 0.01 * total + PRIOR) @ spread + noise.bias
+    np.testing.assert_allclose(refined.covariance, covariance, rtol=1e-8,
+                               atol=1e-10 * np.abs(covariance).max())
     assert refined.systematic is noise.bias
 
 
@@ -209,12 +228,10 @@ def test_tracked_are_those_whose_weight_is_more_than_a_quarter(tell):
 def test_the_two_kinds_show_their_bias(tell):
     told = tell()
     refined = told.problem.finish(POSE)
-    (error, scatter, inverse), (by_depth, depth_scatter, depth_inverse) = map(own, told.kinds())
-    covariance = inverse @ (scatter + PRIOR) @ inverse
-    depth_covariance = depth_inverse @ (depth_scatter + PRIOR) @ depth_inverse
+    error, by_depth = (own(kinds)[0] for kinds in told.kinds())
     np.testing.assert_allclose(refined.bias.difference, by_depth - error, rtol=1e-9)
-    np.testing.assert_allclose(refined.bias.covariance, covariance + depth_covariance, rtol=1e-9,
-                               atol=1e-12)
+    np.testing.assert_allclose(refined.bias.covariance, sum(
+        by_expected for by_expected, _ in covariances(told)), rtol=1e-9, atol=1e-12)
 
 
 def test_the_gain_of_depth_is_how_far_it_moves_the_joint_pose(tell):
@@ -233,18 +250,22 @@ def test_the_two_kinds_show_their_noise(tell):
     told = tell()
     refined = told.problem.finish(POSE)
     (error, scatter, inverse), (by_depth, depth_scatter, depth_inverse) = map(own, told.kinds())
-    covariance = inverse @ (scatter + PRIOR) @ inverse
     noise = refined.measure.noise()
     assert noise.motion == told.motions[0]
     assert noise.ratio == pytest.approx(np.trace(inverse @ (scatter + PRIOR)) / np.trace(
         depth_inverse @ (depth_scatter + PRIOR)))
-    assert noise.normalised == refined.bias.normalised
+    (_, of_keypoints), (_, of_depth) = covariances(told)
+    assert noise.normalised == pytest.approx(
+        (by_depth - error) @ np.linalg.solve(of_keypoints + of_depth, by_depth - error) / 6)
     np.testing.assert_array_equal(noise.squares, refined.bias.squares)
     poses = noise.poses
     assert poses.stamps == (200_000_000, 100_000_000)
     np.testing.assert_allclose(poses.by_keypoints, se3.perturbed(POSE, -error), atol=1e-12)
     np.testing.assert_allclose(poses.by_depth, se3.perturbed(POSE, -by_depth), atol=1e-12)
-    assert poses.variance == pytest.approx(np.trace(covariance[:3, :3]) / 3)
+    assert poses.variance == pytest.approx(np.trace(of_keypoints[:3, :3]) / 3)
+    for shown, kinds in zip(noise.scatters, told.kinds()):
+        root = np.linalg.cholesky(information(kinds) + PRIOR)
+        np.testing.assert_allclose(root @ shown @ root.T, own(kinds)[1], rtol=1e-8, atol=1e-8)
 
 
 @pytest.mark.parametrize('tracks, is_known', [(FEWEST_TO_CONFIRM, True),

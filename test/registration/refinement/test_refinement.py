@@ -311,11 +311,15 @@ def test_what_nothing_observes_has_the_variance_of_the_prior():
 
 
 def test_a_direction_along_a_wall_has_the_variance_of_the_prior():
-    """Of the wall only the distance and two rotations are observed."""
+    """
+    Of the wall only the distance and two rotations are observed.
+
+    The others are expected to scatter as the prior does, in proportion to those.
+    """
     refined, _, free = refine_bare('wall')
     assert free.shape == (3, 6)
     for direction in np.eye(6)[[0, 1]]:
-        assert direction @ refined.covariance @ direction == pytest.approx(1.0, abs=0.01)
+        assert 1.0 <= direction @ refined.covariance @ direction < 1.1
 
 
 def test_the_covariance_is_that_of_monte_carlo():
