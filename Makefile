@@ -29,6 +29,7 @@ endif
 
 help:
 	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
+	@echo '                      (ARGS=--register-depth where its depth is not registered)'
 	@echo 'make test             run every test, style and types included (ARGS=... go to pytest;'
 	@echo '                      JOBS=0 runs them in one process)'
 	@echo 'make test-oldest      run the tests of the core with the oldest NumPy and OpenCV'
@@ -50,7 +51,7 @@ setup: $(READY) $(TF2_MSGS)
 
 export BAG
 run: setup
-	$(BIN)/aick demo $(if $(BAG),"$$BAG")
+	$(BIN)/aick demo $(if $(BAG),"$$BAG") $(ARGS)
 
 test: setup
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) --dist loadfile \

@@ -15,6 +15,15 @@ from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 
 
+class _ParameterLoader(yaml.SafeLoader):
+    """Loader to which plain words are text that are so to rcl: null, ~ and dates."""
+
+    yaml_implicit_resolvers = {
+        first: [(tag, words) for tag, words in resolvers
+                if not first or tag.rpartition(':')[2] not in ('null', 'timestamp')]
+        for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()}
+
+
 def parse_yaml(text: str) -> Any:
     """
     Return the first document of YAML text, None where there is none.
@@ -22,9 +31,24 @@ def parse_yaml(text: str) -> Any:
     :raises InputError: where the text is not YAML, or nested too deep, or its aliases expand to
         too many values, or a mapping has a key twice; the message starts with 'it'.
     """
+    return _parsed(text, yaml.SafeLoader)
+
+
+def parse_parameters(text: str) -> Any:
+    """
+    Return the first document of a ROS parameter file, in which ``null`` is a word as any other.
+
+    Values that are not given, which rcl rejects, are None.
+
+    :raises InputError: see :func:`parse_yaml`.
+    """
+    return _parsed(text, _ParameterLoader)
+
+
+def _parsed(text: str, loader_class: type[yaml.SafeLoader]) -> Any:
     try:
         _require_shallow(text)
-        loader = yaml.SafeLoader(text)
+        loader = loader_class(text)
         try:
             if not loader.check_node():
                 return None

@@ -12,7 +12,8 @@ from aick_ros.errors import InputError
 from aick_ros.messages.depth_units import EDGE
 
 
-def enlarge(depth: np.ndarray, width: int, height: int) -> np.ndarray:
+def enlarge(depth: np.ndarray, width: int, height: int,
+            register_depth: str = 'register_depth') -> np.ndarray:
     """
     Return a depth image at the size of its colour image.
 
@@ -22,6 +23,7 @@ def enlarge(depth: np.ndarray, width: int, height: int) -> np.ndarray:
 
     :param depth: hxw float32 [m], NaN where there is no depth.
     :param width: of the colour image [px]; ``height`` likewise.
+    :param register_depth: in error messages, what to set so that depth is registered.
     :returns: HxW float32 [m]; ``depth`` itself where the sizes are equal.
     :raises InputError: where the factor is not an integer, or not the same in both directions.
     """
@@ -33,7 +35,7 @@ def enlarge(depth: np.ndarray, width: int, height: int) -> np.ndarray:
         raise InputError(
             f'colour is {width} x {height} and depth {columns} x {rows} pixels, which is no whole '
             'factor: use the depth registered to the colour camera, or register it here '
-            '(register_depth)')
+            f'({register_depth})')
     inverse = np.nan_to_num(1.0 / depth, nan=0.0)
     square = np.ones((3, 3), np.uint8)
     nearest, farthest = cv2.dilate(inverse, square), cv2.erode(inverse, square)

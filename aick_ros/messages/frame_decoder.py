@@ -25,10 +25,13 @@ class FrameDecoder:
     Makes RGB-D frames of pairs of messages, each a sensor_msgs/Image or a CompressedImage.
 
     :param names: of the colour and the depth images in error messages.
+    :param register_depth: in error messages, what to set so that depth is registered.
     """
 
-    def __init__(self, names: tuple[str, str] = ('colour', 'depth')) -> None:
+    def __init__(self, names: tuple[str, str] = ('colour', 'depth'),
+                 register_depth: str = 'register_depth') -> None:
         self._colour_name, self._depth_name = names
+        self._register_depth = register_depth
         self._reprojections: dict[tuple[Camera, Camera, bytes], DepthToColour] = {}
 
     def decode(self, pair: Pair, camera: Camera) -> RgbdFrame:
@@ -42,8 +45,10 @@ class FrameDecoder:
         """
         colour, depth = self._images(pair)
         try:
-            return RgbdFrame(pair.colour_stamp, colour, enlarge(depth, *colour.shape[1::-1]),
-                             camera, pair.depth_stamp).handed_over()
+            height, width = colour.shape[:2]
+            return RgbdFrame(pair.colour_stamp, colour,
+                             enlarge(depth, width, height, self._register_depth), camera,
+                             pair.depth_stamp).handed_over()
         except InputError as error:
             raise _named(self._colour_name, pair.colour_stamp, error) from None
 

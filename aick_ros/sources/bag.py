@@ -58,12 +58,17 @@ class BagSource:
         self._cameras = BagCameras(self._bag, self._topics, options)
         self._camera = self._cameras.colour(self._colour)
         self._depth_camera = self._cameras.depth(self._depth) if options.register_depth else None
-        self._decoder = FrameDecoder(names=(self._colour, self._depth))
+        self._decoder = FrameDecoder((self._colour, self._depth), '--register-depth')
 
     @property
     def raw_topics(self) -> tuple[str, str, str] | None:
-        """Topics of colour, depth and calibration; None where one is missing or compressed."""
-        if {self._topics.types[self._colour], self._topics.types[self._depth]} != {IMAGE}:
+        """
+        Topics of colour, depth and calibration.
+
+        None where one is missing or compressed, or depth is to be registered.
+        """
+        types = {self._topics.types[self._colour], self._topics.types[self._depth]}
+        if self._options.register_depth or types != {IMAGE}:
             return None
         try:
             return (self._colour, self._depth,

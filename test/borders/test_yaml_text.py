@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aick_ros.borders.limits import MAX_YAML_DEPTH, MAX_YAML_VALUES
-from aick_ros.borders.yaml_text import parse_yaml
+from aick_ros.borders.yaml_text import parse_parameters, parse_yaml
 from aick_ros.errors import InputError
 
 BOMB = 'a0: &a0 [x, x]\n' + ''.join(
@@ -78,3 +78,18 @@ def test_nesting_ends_with_each_level():
     parse_yaml(f'[{deepest}, {deepest}, {{a: 1}}]')
     with pytest.raises(InputError, match='deeper than 32 levels'):
         parse_yaml(f'[[{deepest}]]')
+
+
+@pytest.mark.parametrize('text, value', [
+    ('null', 'null'), ('Null', 'Null'), ('~', '~'), ('nowhere', 'nowhere'),
+    ('2001-01-01', '2001-01-01'), ("'null'", 'null'), ('[null, a]', ['null', 'a']),
+    ('""', ''), ('', None), ('yes', True), ('off', False), ('010', 8), ('1.5', 1.5)])
+def test_parameters_are_read_as_ros_reads_them(text, value):
+    """Compared with rclpy 7.1, which gives no value for none."""
+    assert parse_parameters(f'a: {text}') == {'a': value}
+
+
+def test_only_in_parameters_null_is_a_word():
+    assert parse_yaml('a: null') == {'a': None}
+    with pytest.raises(InputError, match='it has more than'):
+        parse_parameters(BOMB)

@@ -17,6 +17,12 @@ from aick_ros.sources.synthetic.renderer import Renderer
 COLOUR = Camera(320, 240, 262, 262, 159.5, 119.5)
 DEPTH = Camera(256, 212, 182, 182, 127.2, 106.1)
 T_COLOUR_DEPTH = se3.exp([0.05, -0.01, 0.005, 0.01, -0.02, 0.015])
+# an Azure Kinect: pixels of its depth camera cover 1.5 times as much at the border
+TIME_OF_FLIGHT = Camera(320, 288, 252.0, 252.0, 166.0, 163.0, 'rational_polynomial', (
+    3.131, 2.325, 8e-5, -5e-5, 0.1304, 3.459, 3.350, 0.6629))
+WIDE = Camera(640, 360, 302.5, 302.5, 320.0, 180.0, 'rational_polynomial', (
+    0.7227, -2.886, 0.0008, -0.0001, 1.633, 0.6022, -2.720, 1.565))
+FISHEYE = Camera(320, 240, 142.0, 142.0, 160.0, 120.0, 'equidistant', (-0.01, 0.04, -0.04, 0.007))
 
 
 @pytest.fixture(scope='module')
@@ -175,3 +181,66 @@ def test_across_an_edge_the_inverse_depth_is_not_interpolated(ratio, is_edge):
     row = 1 / found[60, 4 * 20:4 * 20 + 4]
     slope = 0.0 if is_edge else 0.5 * ratio / 2 / 4
     np.testing.assert_allclose(np.diff(row)[:2], slope, atol=1e-5)
+
+
+def plane_depth(camera, normal, distance):
+    """Return z in a camera of the plane normal . x = distance, hxw [m]; its rays are exact."""
+    v, u = np.mgrid[:camera.height, :camera.width]
+    rays = np.column_stack([camera.normalize(np.column_stack([u.ravel(), v.ravel()])),
+                            np.ones(u.size)])
+    depth = (distance / (rays @ normal)).astype(np.float32).reshape(u.shape)
+    return np.where(depth > 0.0, depth, np.float32(np.nan))
+
+
+def covered(depth_camera, colour_camera, T_colour_depth, truth):
+    """Return which colour pixels see points that the depth image shows, HxW."""
+    v, u = np.mgrid[:colour_camera.height, :colour_camera.width]
+    points = colour_camera.back_project(np.column_stack([u.ravel(), v.ravel()]), truth.ravel())
+    points = (points - T_colour_depth[:3, 3]) @ T_colour_depth[:3, :3]
+    u, v = depth_camera.project(points).T
+    inside = ((points[:, 2] > 0) & (u >= 0) & (u <= depth_camera.width - 1) & (v >= 0)
+              & (v <= depth_camera.height - 1))
+    return inside.reshape(truth.shape)
+
+
+@pytest.mark.parametrize('normal', [(0.0, 0.0, 1.0), (0.3, -0.2, 1.0)], ids=['wall', 'slanted'])
+@pytest.mark.parametrize('depth_camera, colour_camera', [
+    (TIME_OF_FLIGHT, WIDE), (TIME_OF_FLIGHT, COLOUR), (FISHEYE, COLOUR),
+    (dataclasses.replace(COLOUR, distortion=(-0.28, 0.07, 0.0, 0.0, 0.0)), WIDE)],
+    ids=['both', 'depth', 'fisheye', 'barrel'])
+@pytest.mark.parametrize('turn', [0.0, 1.2])
+def test_a_distorted_depth_camera_leaves_no_holes(depth_camera, colour_camera, normal, turn):
+    T_colour_depth = se3.exp([-0.03, 0, 0.004, 0, -0.1, turn])
+    moved = T_colour_depth[:3, :3] @ normal
+    truth = plane_depth(colour_camera, moved, 2.0 + moved @ T_colour_depth[:3, 3])
+    inside = covered(depth_camera, colour_camera, T_colour_depth, truth)
+    found = DepthToColour(depth_camera, colour_camera, T_colour_depth).reproject(
+        plane_depth(depth_camera, np.array(normal), 2.0))
+    assert inside.mean() > 0.3 and np.isfinite(found[inside]).all()
+    error = np.abs(found[inside] / truth[inside] - 1)
+    assert np.percentile(error, 99) < 3e-4
+
+
+def test_through_a_distorted_column_the_wall_behind_does_not_show():
+    """A column at the side, before a wall at 3 m: it would show beside small footprints."""
+    wall = plane_depth(TIME_OF_FLIGHT, np.array([0.0, 0.0, 1.0]), 3.0)
+    column = np.s_[:, 250:300]
+    wall[column] = 0.9
+    T_colour_depth = se3.exp([-0.032, 0, 0.004, 0, 0, 0])
+    found = DepthToColour(TIME_OF_FLIGHT, WIDE, T_colour_depth).reproject(wall)
+    truth = np.full((360, 640), 0.904, np.float32)
+    v, u = np.mgrid[:360, :640]
+    points = WIDE.back_project(np.column_stack([u.ravel(), v.ravel()]), truth.ravel())
+    column, row = TIME_OF_FLIGHT.project(points - T_colour_depth[:3, 3]).T.reshape(2, 360, 640)
+    inner = (column > 251) & (column < 298) & (row > 1) & (row < 286)
+    assert inner.sum() > 20000
+    np.testing.assert_allclose(found[inner], 0.904, rtol=1e-5)
+
+
+@pytest.mark.parametrize('depth_camera', [COLOUR, TIME_OF_FLIGHT], ids=['pinhole', 'distorted'])
+def test_cameras_that_look_across_each_other_give_no_error(depth_camera):
+    """As given by the pose between two frames of links, which are no optical frames."""
+    across = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.0, 0.0, 0.0))
+    depth = np.full((depth_camera.height, depth_camera.width), 2.0, np.float32)
+    found = DepthToColour(depth_camera, COLOUR, across).reproject(depth)
+    assert found.shape == (240, 320)

@@ -119,6 +119,15 @@ def test_images_are_named_as_the_topics(pair):
                 decode(pair._replace(**{kind: damaged}))
 
 
+def test_what_registers_depth_is_named_as_it_is_called(pair):
+    """A parameter of the node, an option of the command."""
+    smaller = pair._replace(depth=encode_depth(np.ones((20, 30), np.float32)))
+    for given, name in (({}, 'register_depth'),
+                        ({'register_depth': '--register-depth'}, '--register-depth')):
+        with pytest.raises(InputError, match=rf'or register it here \({name}\)$'):
+            FrameDecoder(**given).decode(smaller, CAMERA)
+
+
 def test_a_calibration_of_another_size_is_that_of_colour(pair):
     with pytest.raises(InputError, match='colour at 0.000000100: .* calibrated for 32 x 24'):
         FrameDecoder().decode(pair, DEPTH_CAMERA)

@@ -97,6 +97,18 @@ def test_depth_is_registered_to_colour(tmp_path, views, given):
     assert_registered(frame, truth)
 
 
+def test_where_it_is_not_the_option_that_does_it_is_named(tmp_path, views):
+    bag = write(tmp_path / 'bag', TREE, INFO, DEPTH_INFO, COLOUR, depth(views[1]))
+    with pytest.raises(InputError, match=r'or register it here \(--register-depth\)$'):
+        list(open_source(bag).frames(raise_damage))
+
+
+def test_images_whose_depth_is_to_be_registered_are_not_to_be_played_as_they_are(tmp_path, views):
+    bag = write(tmp_path / 'bag', TREE, INFO, DEPTH_INFO, COLOUR, depth(views[1]))
+    assert BagSource(bag).raw_topics == (COLOUR[0], '/depth/image_raw', INFO[0])
+    assert BagSource(bag, SourceOptions(register_depth=True)).raw_topics is None
+
+
 def test_a_topic_of_that_name_with_other_messages_has_no_transforms(tmp_path, views):
     text = '/tf_static', TYPESTORE.types['std_msgs/msg/String']('none')
     bag = write(tmp_path / 'bag', text, INFO, DEPTH_INFO, COLOUR, depth(views[1]))

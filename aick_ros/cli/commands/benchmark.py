@@ -63,7 +63,10 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
               json: options.JsonFile = None, plots: Plots = None, corridor: Corridor = 1000,
               jobs: Jobs = 1, time_limit: TimeLimit = 300.0, pairs: Pairs = None,
               limit: options.Limit = None,
-              max_interval: options.MaxInterval = Request.max_interval) -> int:
+              max_interval: options.MaxInterval = Request.max_interval,
+              register_depth: options.RegisterDepth = False,
+              depth_info_topic: options.DepthInfoTopic = None,
+              depth_in_colour: options.DepthInColour = None) -> int:
     """
     Compare AICK and other methods on the same pairs of frames: success ratios and times.
 
@@ -73,8 +76,8 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     chosen, numbers = methods_of(methods), options.gaps_from(gaps)
     check_target(json, *sources)
     folder = None if plots is None else FigureFolder(plots)
-    damage = DamageLog()
-    recordings = _scan([Request(source, limit, max_interval) for source in sources], damage)
+    recordings = _scan([Request(source, limit, max_interval, register_depth, depth_info_topic,
+                                depth_in_colour) for source in sources], damage := DamageLog())
     installed = _installed(chosen)
     figures = paper_figures(None if folder is None else folder.vocabularies)
     plan = Plan(installed, recordings, numbers, pairs, [] if folder is None else variants(figures))
@@ -91,11 +94,8 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
             return _interrupted(json)
         results = Results.of(plan, journal, {**missing, **unusable})
         curves = figure_data(figures, plan, journal)
-        if json is not None:
-            write_json(json, {'jobs': jobs, 'time_limit_s': time_limit,
-                              **_content(results, curves, reckoning)})
-        if folder is not None:
-            folder.write(curves, results.recordings, reckoning)
+        run = {'jobs': jobs, 'time_limit_s': time_limit}
+        _write(json, folder, run, results, curves, reckoning)
         path.unlink(missing_ok=True)
     show_results(results, on_stderr=json == STANDARD_OUTPUT)
     return outcome.of_damage(damage)
@@ -180,6 +180,15 @@ def _frames(source: RgbdSource, interruption: Interruption) -> Iterator[RgbdFram
         yield frame
         if interruption.requested:
             return
+
+
+def _write(json: str | None, figures: FigureFolder | None, run: Mapping[str, Any],
+           results: Results, curves: Mapping[str, Any], reckoning: Reckoning | None) -> None:
+    """Write what is asked for: the JSON, with the options of the run, and the figures."""
+    if json is not None:
+        write_json(json, {**run, **_content(results, curves, reckoning)})
+    if figures is not None:
+        figures.write(curves, results.recordings, reckoning)
 
 
 def _content(results: Results, curves: Mapping[str, Any],

@@ -18,6 +18,7 @@ import typer
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.damage_log import DamageLog
+from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.input.ros import without_ros
 from aick_ros.cli.output.console import line, progress, table
 from aick_ros.cli.output.demo_report import live_statistics, plot_path, table_rows
@@ -31,7 +32,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory, write_trajectory
 from aick_ros.ros.process.environment import check_middleware
 from aick_ros.settings.parameter import Value
-from aick_ros.sources import RgbdSource, SourceOptions, open_source
+from aick_ros.sources import BAG_FLAGS, RgbdSource, SourceOptions, open_source, reject
 from aick_ros.sources.bag import BagSource
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
@@ -60,7 +61,10 @@ Rate = Annotated[float, typer.Option(
 
 
 def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 300,
-         rate: Rate = 1.0, json: options.JsonFile = None) -> int:
+         rate: Rate = 1.0, register_depth: options.RegisterDepth = False,
+         depth_info_topic: options.DepthInfoTopic = None,
+         depth_in_colour: options.DepthInColour = None,
+         json: options.JsonFile = None) -> int:
     """
     Start the ROS node, play a recording to it over DDS, and evaluate the odometry it publishes.
 
@@ -69,8 +73,9 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     check_target(json, source)
     check_parent(out, '--out')
     play = _player(rate)
-    recording = (SyntheticSource(SyntheticOptions(frames=frames)) if source is None
-                 else open_source(source))
+    recording = _recording(source, frames, SourceOptions(
+        register_depth=register_depth, depth_info_topic=depth_info_topic,
+        depth_in_colour=depth_in_colour))
     damage = DamageLog()
     with whole_folder(out, f'{files.DEMO}{recording.name}', datetime.now()) as folder:
         bag, topics = _playable_bag(source, recording, folder, damage)
@@ -89,12 +94,20 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     on_stderr = json == STANDARD_OUTPUT
     table(f'odom_node on {recording.name}', table_rows(statistics), on_stderr=on_stderr)
     line(f'trajectory of base_link: {folder / files.TRAJECTORY}', on_stderr)
-    plot = plot_path(folder / 'trajectory.png', recording.name, estimate, truth,
-                     open_source(bag, SourceOptions(None, *topics)))
+    images = open_source(bag, SourceOptions(None, *topics))
+    plot = plot_path(folder / 'trajectory.png', recording.name, estimate, truth, images)
     line(f'plot: {plot}', on_stderr)
     if bag.is_relative_to(folder):
         line(f'played bag (may be deleted): {bag}', on_stderr)
     return outcome.of_damage(damage)
+
+
+def _recording(path: str | None, frames: int, reading: SourceOptions) -> RgbdSource:
+    """Return the recording of the user, or a rendered one."""
+    if path is not None:
+        return open_source(path, reading)
+    reject(reading, 'a rendered recording', *BAG_FLAGS)
+    return SyntheticSource(SyntheticOptions(frames=frames))
 
 
 def _player(rate: float) -> Callable[[Path, Topics, Callable[[int], None]], LiveRun]:
@@ -122,12 +135,19 @@ def _playable_bag(path: str | None, source: RgbdSource, folder: Path,
     """Return a ROS 2 bag of raw images, that of the user or a new one, and its topics."""
     if (path and isinstance(source, BagSource) and source.raw_topics
             and (Path(path) / 'metadata.yaml').is_file()):
+        _require_frame(source, damage)
         return Path(path), source.raw_topics
     bag = folder / files.BAG
     with progress(f'writing {bag}', len(source)) as show:
         bag_writer.write_bag(bag, source, on_damaged=damage,
                              progress=lambda written, total: show(written))
     return bag, _WRITTEN_TOPICS
+
+
+def _require_frame(source: RgbdSource, damage: DamageLog) -> None:
+    """Raise InputError where the node could answer no frame, before it is started."""
+    if next(Reading(source, 1, damage, ahead=False).frames(damage), None) is None:
+        raise InputError(f'{source.name} has no usable frame')
 
 
 def _of_base(camera: Trajectory | None) -> Trajectory | None:

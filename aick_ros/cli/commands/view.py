@@ -67,6 +67,9 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
          depth_topic: options.DepthTopic = None, info_topic: options.InfoTopic = None,
          ground_truth_topic: options.GroundTruthTopic = None,
          max_interval: options.MaxInterval = SourceOptions.max_interval,
+         register_depth: options.RegisterDepth = False,
+         depth_info_topic: options.DepthInfoTopic = None,
+         depth_in_colour: options.DepthInColour = None,
          limit: options.Limit = None) -> int:
     """
     Show path, covariances, images, depth, matches, keyframes and errors in the viewer Rerun.
@@ -77,7 +80,7 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
     check_open_files(_OPEN_FILES, 'the libraries of the viewer')
     settings = options.settings_from(preset, config, assignments)
     reading = SourceOptions(camera, colour_topic, depth_topic, info_topic, ground_truth_topic,
-                            max_interval)
+                            max_interval, register_depth, depth_info_topic, depth_in_colour)
     if save is not None and web:
         raise InputError('--save and --web exclude each other: give one of them')
     check_target(None if save is None else str(save), source, config, camera,
@@ -95,11 +98,7 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
     if (Path(source) / files.SUMMARY).exists():
         return _show_run(Path(source), save, web, is_plain and limit is None)
     reject_demo(Path(source))
-    recording = open_source(source, reading)
-    with viewer(recording.name, save, web) as stream:
-        code = _run(recording, limit, settings, _view(stream, recording.ground_truth))
-        _wait_for_the_end(web)
-        return code
+    return _show_recording(open_source(source, reading), limit, settings, save, web)
 
 
 def _watch(namespace: str, remaps: list[str], save: Path | None, web: bool,
@@ -150,6 +149,15 @@ def _show_run(path: Path, save: Path | None, web: bool, is_plain: bool) -> int:
             shown.add_record(record)
         _wait_for_the_end(web)
     return outcome.DONE
+
+
+def _show_recording(recording: RgbdSource, limit: int | None, settings: Settings,
+                    save: Path | None, web: bool) -> int:
+    """Show what the odometry makes of a recording."""
+    with viewer(recording.name, save, web) as stream:
+        code = _run(recording, limit, settings, _view(stream, recording.ground_truth))
+        _wait_for_the_end(web)
+        return code
 
 
 def _run(recording: RgbdSource, limit: int | None, settings: Settings, shown: RerunView) -> int:

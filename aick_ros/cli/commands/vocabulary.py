@@ -23,7 +23,7 @@ from aick_ros.features.k_means import ROUNDS, learn_words
 from aick_ros.features.vocabulary import Vocabulary
 from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.settings import Settings
-from aick_ros.sources import open_source
+from aick_ros.sources import SourceOptions, open_source
 
 Sources = Annotated[list[str], typer.Argument(
     metavar='SOURCE...', show_default=False,
@@ -40,7 +40,11 @@ Seed = Annotated[int, typer.Option(
 
 def vocabulary(sources: Sources, out: Out, words: Words = 1000, every: Every = 10,
                seed: Seed = 0, preset: options.Preset = None, config: options.Config = None,
-               assignments: options.Assignments = None, limit: options.Limit = None) -> int:
+               assignments: options.Assignments = None,
+               register_depth: options.RegisterDepth = False,
+               depth_info_topic: options.DepthInfoTopic = None,
+               depth_in_colour: options.DepthInColour = None,
+               limit: options.Limit = None) -> int:
     """
     Learn a vocabulary of visual words for the fast search (aick.vocabulary).
 
@@ -49,10 +53,13 @@ def vocabulary(sources: Sources, out: Out, words: Words = 1000, every: Every = 1
     behind.
     """
     settings = options.settings_from(preset, config, assignments)
+    source_options = SourceOptions(
+        register_depth=register_depth, depth_info_topic=depth_info_topic,
+        depth_in_colour=depth_in_colour)
     check_target(str(out), *sources, config)
     damage, descriptors = DamageLog(), []
     for source in sources:
-        reading = Reading(open_source(source), limit, damage)
+        reading = Reading(open_source(source, source_options), limit, damage)
         descriptors += _descriptors(reading, every, settings)
         if reading.ended != COMPLETE:
             raise InputError(f'{source}: {reading.ended}')

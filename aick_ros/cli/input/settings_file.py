@@ -12,7 +12,7 @@ from typing import Any
 
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
-from aick_ros.borders.yaml_text import parse_yaml
+from aick_ros.borders.yaml_text import parse_parameters
 from aick_ros.errors import InputError
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
@@ -75,7 +75,7 @@ def read_settings_file(path: Path) -> SettingsFile:
     """
     text = read_text(path, 'the settings', MAX_CONFIGURATION_BYTES)
     try:
-        content = parse_yaml(text)
+        content = parse_parameters(text)
     except InputError as error:
         raise InputError(f'cannot read the settings {path}: {error}') from None
     sections = list(_sections(content, ''))
@@ -112,5 +112,8 @@ def _flat(values: Any, prefix: str, path: Path) -> Iterator[tuple[str, Any]]:
         name = f'{prefix}{key}'
         if isinstance(value, Mapping):
             yield from _flat(value, f'{name}.', path)
+        elif value is None:
+            raise InputError(f'{path}: {name} has no value, which ROS rejects, too: give one, or '
+                             "remove the line; an empty text is ''")
         else:
             yield name, value

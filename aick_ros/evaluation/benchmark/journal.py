@@ -156,9 +156,14 @@ def begin(path: Path, recordings: Sequence[Recording]) -> Journal:
 
 
 def _header(recordings: Sequence[Recording]) -> dict[str, Any]:
-    stamps = {recording.name: hashlib.sha256(repr(recording.stamps).encode()).hexdigest()[:16]
-              for recording in recordings}
-    return {'recordings': stamps, 'machine': machine_facts()}
+    return {'recordings': {recording.name: _digest(recording) for recording in recordings},
+            'machine': machine_facts()}
+
+
+def _digest(recording: Recording) -> str:
+    """Return a text that differs where the stamps do, or how the recording is read."""
+    read = repr((recording.stamps, recording.request.options))
+    return hashlib.sha256(read.encode()).hexdigest()[:16]
 
 
 def _parse(path: Path, number: int, text: bytes) -> Line:

@@ -29,15 +29,26 @@ class Request:
     :param path: as :func:`aick_ros.sources.open_source` takes it.
     :param limit: maximum number of frames; None: all.
     :param max_interval: largest difference of the stamps of a colour and a depth image [s].
+    :param register_depth: as :class:`aick_ros.sources.SourceOptions` has it, and what follows.
     """
 
     path: str
     limit: int | None = None
     max_interval: float = SourceOptions.max_interval
+    register_depth: bool = False
+    depth_info_topic: str | None = None
+    depth_in_colour: Sequence[float] | None = None
+
+    @property
+    def options(self) -> SourceOptions:
+        """Options with which the recording is read."""
+        return SourceOptions(
+            max_interval=self.max_interval, register_depth=self.register_depth,
+            depth_info_topic=self.depth_info_topic, depth_in_colour=self.depth_in_colour)
 
     def open(self) -> RgbdSource:
         """Return the source."""
-        return open_source(self.path, SourceOptions(max_interval=self.max_interval))
+        return open_source(self.path, self.options)
 
     def to_json(self) -> dict[str, Any]:
         """Return the arguments of ``Request(**arguments)``."""

@@ -140,13 +140,12 @@ def curvature(kinds: Iterable[Residuals]) -> float:
     it. The ratio of the sums makes the covariance of a pose by normal equations with such weights
     that of an M-estimate (Huber 1981, section 7.6).
     """
-    total = slopes = 0.0
+    total = lost = 0.0
     for kind in kinds:
         weights = kind.weights
-        lost = 4.0 * float((weights - weights * np.sqrt(weights)).sum())
         total += float(weights.sum())
-        slopes += float(weights.sum()) - lost / kind.dimensions
-    return max(slopes / total, _LEAST_CURVATURE) if total else 1.0
+        lost += 4.0 * float((weights - weights * np.sqrt(weights)).sum()) / kind.dimensions
+    return max(1.0 - lost / total, _LEAST_CURVATURE) if total else 1.0
 
 
 def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,

@@ -15,10 +15,12 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from aick_ros.ros.conversions import from_pose, to_stamp
+from aick_ros.ros.health.counts import Count
 from aick_ros.ros.playback.answers import Answer
 from aick_ros.ros.spinning import spinning
 
 _DIAGNOSED = 'odom_node: odometry'
+_UNUSABLE = (Count.DAMAGED, Count.FAILED)
 _LONGEST_PAUSE = 10.0  # seconds after which no further answer is expected; chosen
 _POLL = 0.005  # seconds; chosen
 _QUEUE = 1000
@@ -29,31 +31,43 @@ class Listener(Node):
     Records answers, and whether the node is there.
 
     :ivar answers: in order of arrival.
+    :ivar unusable: number of frames that the node counts as damaged: they have no answer.
     :ivar heard: whether diagnostics of the node were received; its odometry will be, too.
     """
 
     def __init__(self) -> None:
         super().__init__('odometry_listener')
         self.answers: list[Answer] = []
+        self.unusable = 0
         self.heard = False
         self.create_subscription(Odometry, 'odom', self._take, _QUEUE)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, _QUEUE)
 
     def wait_for_answers(self, stamps: Collection[int]) -> None:
-        """Wait until every image or the last one is answered, or until no more answers come."""
+        """
+        Wait until every image is answered or unusable, or the last one is answered.
+
+        Where no answer comes for some time, none will.
+
+        :param stamps: of the images [ns].
+        """
         last = max(stamps, default=None)
 
         def is_complete() -> bool:
             answered = [answer.stamp for answer in self.answers[-1:]]
-            return len(self.answers) >= len(stamps) or answered == [last]
+            return len(self.answers) + self.unusable >= len(stamps) or answered == [last]
 
         seen = -1
         while len(self.answers) != seen and not is_complete():
             seen = len(self.answers)
-            wait_until(lambda: len(self.answers) > seen, _LONGEST_PAUSE)
+            wait_until(lambda: len(self.answers) > seen or is_complete(), _LONGEST_PAUSE)
 
     def _hear(self, message: DiagnosticArray) -> None:
-        self.heard |= any(status.name == _DIAGNOSED for status in message.status)
+        for status in message.status:
+            if status.name == _DIAGNOSED:
+                counts = {each.key: each.value for each in status.values}
+                self.unusable = sum(int(counts.get(count.value, 0)) for count in _UNUSABLE)
+                self.heard = True
 
     def _take(self, message: Odometry) -> None:
         now = time.monotonic()

@@ -114,7 +114,8 @@ def test_a_demo_that_is_taken_for_a_run_is_named(aick, played, tmp_path):
 
 def test_a_recording_is_written_as_a_bag_and_json_stands_alone(aick, played, tmp_path):
     outcome = aick('demo', 'desk', '--out', 'there', '--json', '-')
-    assert (outcome.code, played.opened[0], played.rates) == (0, ('desk',), [1.0])
+    assert (outcome.code, played.opened[0], played.rates) == (
+        0, ('desk', SourceOptions()), [1.0])
     assert json.loads(outcome.out)['frames_not_tracked'] == 0
     assert 'trajectory of base_link: there/' in outcome.err and 'plot: a.png' in outcome.err
     assert (tmp_path / 'there' / 'latest' / 'trajectory.tum').is_file()
@@ -129,6 +130,33 @@ def test_a_bag_of_raw_images_is_played_as_it_is(aick, played, monkeypatch, recor
     assert [(str(bag), topics) for bag, topics in played.played] == [('bag', ('/c', '/d', '/i'))]
     assert played.written == [] and 'may be deleted' not in outcome.out
     assert played.opened[-1][1] == SourceOptions(None, '/c', '/d', '/i')
+
+
+def test_a_bag_of_which_no_image_can_be_used_is_not_played(
+        aick, played, monkeypatch, in_memory, tmp_path):
+    """As one whose depth is to be registered: the node would say the same, and then more."""
+    class Spoilt(in_memory):
+        raw_topics = TOPICS
+
+        def frames(self, on_damaged):
+            on_damaged(InputError('depth is not registered: give --register-depth'))
+            return iter(())
+
+    monkeypatch.setattr(demo, 'BagSource', Spoilt)
+    monkeypatch.setattr(demo, 'open_source', lambda *_: Spoilt([]))
+    (tmp_path / 'bag').mkdir()
+    (tmp_path / 'bag' / 'metadata.yaml').touch()
+    outcome = aick('demo', 'bag')
+    assert (outcome.code, outcome.err.splitlines()) == (2, [
+        'aick: skipped: depth is not registered: give --register-depth',
+        'aick: in memory has no usable frame'])
+    assert (played.played, (tmp_path / 'runs').exists()) == ([], False)
+
+
+@pytest.mark.parametrize('flags', [['--register-depth'], ['--depth-info-topic', '/x']])
+def test_depth_of_a_rendered_sequence_is_not_to_be_registered(aick, played, flags):
+    assert aick('demo', *flags).sentence == (
+        f'{flags[0]} has no effect on a rendered recording: omit it')
 
 
 def test_damaged_images_are_an_unusable_input(aick, played):

@@ -48,16 +48,27 @@ def stop(asked):
     return note
 
 
-@pytest.mark.parametrize('command, others, registers', [
-    ('replay', [], True), ('evaluate', [], True), ('noise', [], True), ('convert', ['out'], True),
-    ('view', ['--save', 'x.rrd'], False)])
-def test_a_recording_is_opened_as_it_is_asked_for(aick, monkeypatch, command, others, registers):
+@pytest.mark.parametrize('command, others', [
+    ('replay', []), ('evaluate', []), ('noise', []), ('convert', ['out']),
+    ('view', ['--save', 'x.rrd'])])
+def test_a_recording_is_opened_as_it_is_asked_for(aick, monkeypatch, command, others):
     asked = []
     monkeypatch.setattr(import_module(f'aick_ros.cli.commands.{command}'), 'open_source',
                         stop(asked))
     for flags, expected in ((READING, OPTIONS),
-                            *[(READING + REGISTERED, OPTIONS | REGISTERED_OPTIONS)] * registers,
+                            (READING + REGISTERED, OPTIONS | REGISTERED_OPTIONS),
                             ([], {})):
+        assert aick(command, 'desk.bag', *others, *flags).sentence == 'enough is known'
+        assert asked.pop() == ('desk.bag', SourceOptions(**expected))
+
+
+@pytest.mark.parametrize('command, others', [('vocabulary', ['--out', 'words']), ('demo', [])])
+def test_depth_is_registered_where_it_is_asked_for(aick, monkeypatch, command, others):
+    asked, module = [], import_module(f'aick_ros.cli.commands.{command}')
+    monkeypatch.setattr(module, 'open_source', stop(asked))
+    if command == 'demo':
+        monkeypatch.setattr(module, '_player', lambda rate: None)
+    for flags, expected in ((REGISTERED, REGISTERED_OPTIONS), ([], {})):
         assert aick(command, 'desk.bag', *others, *flags).sentence == 'enough is known'
         assert asked.pop() == ('desk.bag', SourceOptions(**expected))
 
@@ -149,7 +160,7 @@ def test_a_fleet_starts_the_cluster_that_is_asked_for(aick, monkeypatch, flags, 
 @pytest.mark.parametrize('flags, request_, plan, time_limit, workers', [
     ([], {}, {'gaps': [1, 2, 3, 5, 8, 10, 15], 'most_pairs': None}, 300.0, 1),
     (['--limit', '9', '--max-interval', '0.07', '--gaps', '2,4', '--pairs', '6', '--time-limit',
-      '2.5', '--jobs', '2'], {'limit': 9, 'max_interval': 0.07},
+      '2.5', '--jobs', '2', *REGISTERED], {'limit': 9, 'max_interval': 0.07, **REGISTERED_OPTIONS},
      {'gaps': [2, 4], 'most_pairs': 6}, 2.5, 2)])
 def test_a_benchmark_registers_what_is_asked_for(
         aick, monkeypatch, recording, flags, request_, plan, time_limit, workers):
@@ -178,7 +189,7 @@ def test_a_benchmark_registers_what_is_asked_for(
 
 def test_a_vocabulary_is_learned_as_it_is_asked_for(aick, monkeypatch, recording, config):
     learned, kept = [], []
-    monkeypatch.setattr(vocabulary_module, 'open_source', lambda path: recording)
+    monkeypatch.setattr(vocabulary_module, 'open_source', lambda *_: recording)
     monkeypatch.setattr(vocabulary_module, 'KeypointExtractor', lambda *settings: (
         kept.append(settings), KeypointExtractor(*settings))[1])
     monkeypatch.setattr(vocabulary_module, 'learn_words', stop(learned))

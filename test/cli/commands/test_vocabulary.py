@@ -20,7 +20,7 @@ from aick_ros.sources import raise_damage
 @pytest.fixture(autouse=True)
 def sources(monkeypatch, recording):
     """Let every source be the recording in memory."""
-    monkeypatch.setattr(vocabulary_module, 'open_source', lambda path: recording)
+    monkeypatch.setattr(vocabulary_module, 'open_source', lambda *_: recording)
 
 
 @pytest.mark.parametrize('detector, bytes_each', [('orb', 32), ('surf', 256)])
@@ -80,7 +80,7 @@ def test_interrupted_it_leaves_nothing(aick, tmp_path, monkeypatch, recording, i
             signal.raise_signal(signal.SIGINT)
 
     source = in_memory(list(recording.frames(raise_damage)), on_frame=interrupt)
-    monkeypatch.setattr(vocabulary_module, 'open_source', lambda path: source)
+    monkeypatch.setattr(vocabulary_module, 'open_source', lambda *_: source)
     outcome = aick('vocabulary', 'one', '--out', 'words')
     assert (outcome.code, outcome.sentence) == (130, 'interrupted')
     assert list(tmp_path.iterdir()) == []
@@ -92,14 +92,14 @@ def test_a_source_that_breaks_teaches_nothing(aick, tmp_path, monkeypatch, recor
             raise InputError('the file ends in the middle of a frame')
 
     source = in_memory(list(recording.frames(raise_damage)), on_frame=tear)
-    monkeypatch.setattr(vocabulary_module, 'open_source', lambda path: source)
+    monkeypatch.setattr(vocabulary_module, 'open_source', lambda *_: source)
     outcome = aick('vocabulary', 'one', '--out', 'words', '--words', '5')
     assert (outcome.code, outcome.sentence) == (2, 'one: the file ends in the middle of a frame')
     assert list(tmp_path.iterdir()) == []
 
 
 def test_without_keypoints_there_is_nothing_to_learn(aick, tmp_path, monkeypatch, in_memory):
-    monkeypatch.setattr(vocabulary_module, 'open_source', lambda path: in_memory([]))
+    monkeypatch.setattr(vocabulary_module, 'open_source', lambda *_: in_memory([]))
     outcome = aick('vocabulary', 'one', '--out', 'words')
     assert outcome.code == 2
     assert 'has no usable frame' in outcome.sentence

@@ -5,6 +5,7 @@
 
 import math
 
+import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
@@ -77,3 +78,20 @@ def test_a_preset_that_does_not_exist_is_named_with_its_file(tmp_path):
     path = tmp_path / 'mine.yaml'
     path.write_text('odom_node: {ros__parameters: {preset: fast}}')
     assert str(outcome(path)).startswith(f"{path}: unknown preset 'fast': the presets are ")
+
+
+@pytest.mark.parametrize('policy', ['null', "'null'", 'hold'])
+def test_a_value_that_is_the_word_null(tmp_path, policy):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(f'/**:\n  ros__parameters:\n    lost_policy: {policy}\n    aick.alpha: 0.3\n')
+    assert read_settings_file(path).changes['lost_policy'] == policy.strip("'")
+    assert outcome(path).aick.alpha == 0.3
+
+
+@pytest.mark.parametrize('name', ['lost_policy', 'aick.alpha', 'preset'])
+def test_a_value_that_is_missing_is_named(tmp_path, name):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(f'/**:\n  ros__parameters:\n    {name}:\n')
+    assert str(outcome(path)) == (
+        f'{path}: {name} has no value, which ROS rejects, too: give one, or remove the line; an '
+        "empty text is ''")

@@ -106,7 +106,9 @@ def test_a_run_on_another_machine_or_other_frames_is_another_run(recording, tmp_
     sentence = ('x.partial belongs to a run on other recordings, another machine or other '
                 'versions: delete it to start anew, or give another --json file$')
     for others in ([], [recording, dataclasses.replace(recording, name='again')],
-                   [dataclasses.replace(recording, stamps=recording.stamps[1:])]):
+                   [dataclasses.replace(recording, stamps=recording.stamps[1:])],
+                   [dataclasses.replace(recording, request=dataclasses.replace(
+                       recording.request, register_depth=True))]):
         with pytest.raises(InputError, match=sentence):
             begin(path, others)
     assert begin(path, [recording]).registrations == 0

@@ -91,3 +91,12 @@ def test_a_request_opens_what_it_was_made_of_and_is_sent_as_json(monkeypatch):
     request.open()
     assert request == Request('a', 5, 0.07)
     assert opened == [('a', SourceOptions(max_interval=0.07))]
+
+
+def test_a_request_registers_depth(monkeypatch):
+    opened, pose = [], (0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 1.0)
+    monkeypatch.setattr(module, 'open_source', lambda *asked: opened.append(asked))
+    request = Request('a', None, 0.07, True, '/info', pose)
+    Request(**json.loads(json.dumps(request.to_json()))).open()
+    assert opened == [('a', SourceOptions(max_interval=0.07, register_depth=True,
+                                          depth_info_topic='/info', depth_in_colour=pose))]

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from nav_msgs.msg import Odometry
 
 from aick_ros.geometry import se3
@@ -46,6 +46,37 @@ def answer(heard, monkeypatch):
     ([10, 20], [10, 20]), ([20, 10, 15, 40], [20, 10, 15]), ([], [])])
 def test_until_all_are_answered_or_the_last_is_or_no_more_come(answer, coming, awaited):
     assert answer(coming, [10, 20, 30]) == awaited
+
+
+@pytest.mark.parametrize('coming, damaged, failed, awaited', [
+    ([10, 20, 30, 40], 1, 0, [10, 20]), ([10, 20, 30], 1, 1, [10]), ([10], 3, 0, []),
+    ([10, 30, 40], 0, 0, [10, 30])])
+def test_what_the_node_counts_as_unusable_is_not_awaited(
+        heard, answer, coming, damaged, failed, awaited):
+    """Otherwise the node says after five seconds that no images come."""
+    values = [KeyValue(key='frames damaged', value=str(damaged)),
+              KeyValue(key='internal errors', value=str(failed)),
+              KeyValue(key='status', value='bad frame: x')]
+    for _ in range(2):  # counts are of the whole run
+        heard._hear(DiagnosticArray(status=[
+            DiagnosticStatus(name='odom_node: odometry', values=values),
+            DiagnosticStatus(name='camera: driver', values=[
+                KeyValue(key='frames damaged', value='7')])]))
+    assert answer(coming, [10, 20, 30]) == awaited
+
+
+def test_the_wait_ends_as_the_node_says_that_the_rest_is_unusable(heard, monkeypatch):
+    ended = []
+
+    def wait_until(condition, timeout):
+        ended.append(condition())
+        heard._hear(DiagnosticArray(status=[DiagnosticStatus(
+            name='odom_node: odometry', values=[KeyValue(key='frames damaged', value='2')])]))
+        ended.append(condition())
+
+    monkeypatch.setattr(listener, 'wait_until', wait_until)
+    heard.wait_for_answers([10, 20])
+    assert ended == [False, True]
 
 
 def test_no_image_has_no_answer(answer):
