@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections import deque
 from typing import NamedTuple
@@ -16,6 +17,8 @@ from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
 _HISTORY = 10 * NANOSECONDS  # of a dynamic link, as tf2 keeps by default
 _MAX_SAMPLES = 20_000  # of a dynamic link: the whole history at 2 kHz
+_REST_DISTANCE = 1e-3  # metres within which a dynamic link rests; chosen
+_REST_ANGLE = math.radians(0.1)  # likewise; chosen: above a step of an encoder of 12 bits
 
 
 class FrameTransform(NamedTuple):
@@ -26,11 +29,23 @@ class FrameTransform(NamedTuple):
     :param is_static: whether all links between the frames are static.
     :param gap: time from the stamp to the nearest sample of a dynamic link that does not cover
         it [ns]; 0: all are static or interpolated.
+    :param has_rested: whether each link whose last sample is before the stamp stayed within 1 mm
+        and 0.1 deg for as long before that sample.
+    :param is_past: whether the stamp is before the first sample of a dynamic link, so that no
+        later sample will reach it.
     """
 
     T_target_source: np.ndarray
     is_static: bool = True
     gap: int = 0
+    has_rested: bool = True
+    is_past: bool = False
+
+    def joined(self, other: FrameTransform, T_target_source: np.ndarray) -> FrameTransform:
+        """Return the transform along the links of both."""
+        return FrameTransform(
+            T_target_source, self.is_static and other.is_static, max(self.gap, other.gap),
+            self.has_rested and other.has_rested, self.is_past or other.is_past)
 
 
 class _DynamicLink:
@@ -40,6 +55,7 @@ class _DynamicLink:
         self.parent = parent
         self._stamps: deque[int] = deque(maxlen=_MAX_SAMPLES)
         self._poses: deque[np.ndarray] = deque(maxlen=_MAX_SAMPLES)
+        self._rest = 0, np.eye(4)  # stamp and pose since which it rests
 
     def restarts_at(self, stamp: int) -> bool:
         return bool(self._stamps) and self._stamps[-1] - stamp > RESTART_AFTER
@@ -47,6 +63,8 @@ class _DynamicLink:
     def add(self, stamp: int, T_parent_child: np.ndarray) -> None:
         if self._stamps and stamp <= self._stamps[-1]:
             return
+        if not (self._stamps and _is_near(self._rest[1], T_parent_child)):
+            self._rest = stamp, T_parent_child
         self._stamps.append(stamp)
         self._poses.append(T_parent_child)
         # the first one kept may be older, so that a slow link covers the whole history too
@@ -57,9 +75,13 @@ class _DynamicLink:
     def at(self, stamp: int) -> FrameTransform:
         after = bisect_left(self._stamps, stamp)
         if after == len(self._stamps):
-            return FrameTransform(self._poses[-1], False, stamp - self._stamps[-1])
+            last = self._stamps[-1]
+            return FrameTransform(self._poses[-1], False, stamp - last,
+                                  has_rested=stamp - last <= last - self._rest[0])
         if after == 0:
-            return FrameTransform(self._poses[0], False, self._stamps[0] - stamp)
+            gap = self._stamps[0] - stamp
+            return FrameTransform(self._poses[0], False, gap,
+                                  has_rested=gap == 0, is_past=gap > 0)
         start, end = self._stamps[after - 1], self._stamps[after]
         return FrameTransform(se3.interpolate(self._poses[after - 1], self._poses[after],
                                               (stamp - start) / (end - start)), False)
@@ -108,10 +130,9 @@ class FrameTree:
         for frame, ancestor_target in targets.items():
             if frame in sources:
                 ancestor_source = sources[frame]
-                return FrameTransform(
-                    se3.inverse(ancestor_target.T_target_source) @ ancestor_source.T_target_source,
-                    ancestor_target.is_static and ancestor_source.is_static,
-                    max(ancestor_target.gap, ancestor_source.gap))
+                return ancestor_target.joined(
+                    ancestor_source, se3.inverse(ancestor_target.T_target_source)
+                    @ ancestor_source.T_target_source)
         return None
 
     def _chain(self, frame: str, stamp: int) -> dict[str, FrameTransform]:
@@ -127,7 +148,13 @@ class FrameTree:
                 frame, link = self._dynamic[frame].parent, self._dynamic[frame].at(stamp)
             else:
                 break
-            reached = FrameTransform(link.T_target_source @ reached.T_target_source,
-                                     link.is_static and reached.is_static,
-                                     max(link.gap, reached.gap))
+            reached = link.joined(reached, link.T_target_source @ reached.T_target_source)
         return chain
+
+
+def _is_near(one: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether a link that has had both poses may have rested meanwhile."""
+    change = (one - other)[:3]
+    # |R1 - R2|^2 = 4 (1 - cos angle), in the Frobenius norm
+    return bool(np.vdot(change[:, 3], change[:, 3]) <= _REST_DISTANCE ** 2
+                and np.vdot(change[:, :3], change[:, :3]) <= 4 * (1 - math.cos(_REST_ANGLE)))

@@ -36,15 +36,17 @@ class Control:
     :param odom_frame: the only frame in which a pose can be set.
     :param on_reset: called to restart the odometry at ``T_odom_base``; None: at the origin or at
         the guess.
+    :param on_pause: called when frames are skipped from now on.
     :param on_pose: called with ``T_odom_base``, and whether the node is paused.
     """
 
     def __init__(self, node: Node, odom_frame: str,
                  on_reset: Callable[[PoseWithCovariance | None], None],
+                 on_pause: Callable[[], None],
                  on_pose: Callable[[PoseWithCovariance, bool], None]) -> None:
         self._logger = node.get_logger()
         self._odom_frame = odom_frame
-        self._on_reset, self._on_pose = on_reset, on_pose
+        self._on_reset, self._on_pause, self._on_pose = on_reset, on_pause, on_pose
         self._paused = False
         node.create_service(Empty, '~/reset_odom', self._reset)
         if ResetPose is not None:
@@ -74,6 +76,7 @@ class Control:
 
     def _pause(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
         self._paused = True
+        self._on_pause()
         self._logger.info('paused')
         return response
 

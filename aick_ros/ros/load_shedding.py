@@ -39,13 +39,15 @@ class Load:
 
     :param at: steady time [s].
     :param arrived: number of frames; ``dropped`` of these for newer ones.
-    :param busy: time that each thread has worked [s].
+    :param busy: time that each thread has worked, without waits for transforms [s].
+    :param waited: time that all of them have waited for transforms [s].
     """
 
     at: float
     arrived: int
     dropped: int
     busy: Sequence[float]
+    waited: float = 0.0
 
 
 class LoadShedding:
@@ -54,7 +56,8 @@ class LoadShedding:
 
     Frames come faster than they can be done where they are dropped for newer ones while a thread
     works all the time. After two seconds of this comes the next step; once no thread has worked
-    for more than two fifths of the time for five seconds, the step before.
+    for more than two fifths of the time for five seconds, the step before. Frames that are dropped
+    while transforms are waited for are no sign of either.
     """
 
     def __init__(self) -> None:
@@ -76,10 +79,12 @@ class LoadShedding:
         last, self._last = self._last, load
         if last is None or load.at <= last.at:
             return False
-        busy = max(now - then for now, then in zip(load.busy, last.busy)) / (load.at - last.at)
+        interval = load.at - last.at
+        busy = max(now - then for now, then in zip(load.busy, last.busy)) / interval
+        waited = (load.waited - last.waited) / interval
         dropped = load.dropped - last.dropped
         is_over = busy > _BUSY and dropped > _TOLERATED * (load.arrived - last.arrived)
-        is_at_ease = busy < _EASE and not dropped
+        is_at_ease = busy < _EASE and (not dropped or busy + waited > _BUSY)
         self._seconds_over = self._seconds_over + 1 if is_over else 0
         self._seconds_at_ease = self._seconds_at_ease + 1 if is_at_ease else 0
         if self._seconds_over >= _PATIENCE:

@@ -25,15 +25,18 @@ class OverlappingWorker(Generic[Item, Prepared]):
         on. It must not raise.
     :param work: called with what was prepared, between tasks; it must not raise.
     :param is_ready: whether an item can be prepared; until then it stays in the queue.
+    :param waited: returns the time that the calling thread has waited within its work [s].
     """
 
     def __init__(self, queue: WorkQueue[Item], prepare: Callable[[Item], Prepared | None],
                  work: Callable[[Prepared], None],
-                 is_ready: Callable[[Item], bool] = lambda item: True) -> None:
+                 is_ready: Callable[[Item], bool] = lambda item: True,
+                 waited: Callable[[], float] = lambda: 0.0) -> None:
         self._queue, self._prepare, self._work, self._is_ready = queue, prepare, work, is_ready
         self._ahead: WorkQueue[Prepared] = WorkQueue(capacity=1)
-        self._first = Worker(queue, self._prepare_ahead, self._can_prepare, 'preparation')
-        self._second = Worker(self._ahead, self._work_on)
+        self._first = Worker(queue, self._prepare_ahead, self._can_prepare, 'preparation',
+                             waited)
+        self._second = Worker(self._ahead, self._work_on, waited=waited)
 
     @property
     def dropped(self) -> int:
@@ -42,7 +45,7 @@ class OverlappingWorker(Generic[Item, Prepared]):
 
     @property
     def busy(self) -> tuple[float, ...]:
-        """Time that each thread has worked, without the jobs at hand [s]."""
+        """Time that each thread has worked, without waits and the jobs at hand [s]."""
         return self._first.busy + self._second.busy
 
     def start(self) -> None:

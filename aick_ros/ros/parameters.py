@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TypeVar
@@ -27,6 +28,7 @@ from aick_ros.settings.rtabmap import is_theirs, translate
 
 _Settings = TypeVar('_Settings', NodeSettings, Settings)
 _MOST_WARNINGS = 20  # of parameters; chosen: more are of another node
+_FRAMES = 'frame_id', 'odom_frame_id', 'guess_frame_id'
 _OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
 
 
@@ -183,9 +185,13 @@ def _chosen(group: _Settings, given: Mapping[str, object]) -> _Settings:
 
 
 def _checked(own: NodeSettings) -> NodeSettings:
-    """Reject frames between which there can be no transform."""
-    names = [name for name in ('frame_id', 'odom_frame_id', 'guess_frame_id')
-             if name != 'guess_frame_id' or own.guess_frame_id]
+    """
+    Return the settings with the names of frames as tf2 has them, without a slash in front.
+
+    :raises InputError: where there can be no transform between two of them.
+    """
+    own = dataclasses.replace(own, **{name: getattr(own, name).lstrip('/') for name in _FRAMES})
+    names = [name for name in _FRAMES if name != 'guess_frame_id' or own.guess_frame_id]
     frames = [getattr(own, name) for name in names]
     if '' in frames or own.frame_id in frames[1:]:
         raise InputError(' and '.join(f'{name} = {frame!r}' for name, frame in zip(names, frames))

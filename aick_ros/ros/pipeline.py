@@ -38,6 +38,7 @@ from aick_ros.ros.input.imu import ImuInput
 from aick_ros.ros.input.rate_limit import RateLimit
 from aick_ros.ros.input.rgbd_images import require_messages
 from aick_ros.ros.input.transforms import Transforms
+from aick_ros.ros.interruption import Interruption
 from aick_ros.ros.load_shedding import Load, LoadShedding
 from aick_ros.ros.output.publisher import OdometryPublisher
 from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
@@ -105,7 +106,10 @@ class Pipeline:
             node, settings.odom_frame_id, self._odometry.local_map)
         self._camera_report = CameraReport(self._logger.info)
         self._expectations = Expectations(node, settings)
-        self._control = Control(node, settings.odom_frame_id, self._reset, self._set_pose)
+        self._interruption = Interruption()
+        self._control = Control(
+            node, settings.odom_frame_id, self._reset,
+            lambda: self._interruption.begin(Count.SKIPPED_WHILE_PAUSED), self._set_pose)
         # from images to the queue
         self._rate_limit = RateLimit(settings.max_update_rate)
         self._core, self._arrived, self._shedding = core, 0, LoadShedding()
@@ -169,11 +173,15 @@ class Pipeline:
     def _new_worker(self) -> Worker[Arrival] | OverlappingWorker[Arrival, _Prepared]:
         """Return a worker with two threads, where these have a core each."""
         if len(os.sched_getaffinity(0)) > 1:
-            return OverlappingWorker(self._queue, self._prepare, self._answer, self._is_ready)
-        return Worker(self._queue, self._prepare_and_answer, self._is_ready)
+            return OverlappingWorker(self._queue, self._prepare, self._answer, self._is_ready,
+                                     self._transforms.waited)
+        return Worker(self._queue, self._prepare_and_answer, self._is_ready,
+                      waited=self._transforms.waited)
 
     def _is_ready(self, arrival: Arrival) -> bool:
         """Return whether a pair can be answered, or must not block the newest one, which can."""
+        if self._interruption.of(arrival.paired_at):
+            return True
         images = self._images
         newest = None if images is None else images.newest
         return any(not self._assembler.missing_for(pair) and self._imu.reaches(pair.colour_stamp)
@@ -194,7 +202,16 @@ class Pipeline:
         self._reporting(prepared.arrival, lambda: self._register(*prepared))
 
     def _reporting(self, arrival: Arrival, work: Callable[[], _Result]) -> _Result | None:
-        """Return the result of work on a pair; None if it fails, so that the next one follows."""
+        """
+        Return the result of work on a pair; None where it is not answered.
+
+        It is not where a request came after it, and where the work fails, so that the next one
+        follows.
+        """
+        interrupted = self._interruption.of(arrival.paired_at)
+        if interrupted:
+            self._diagnostics.count(interrupted)
+            return None
         stamp = arrival.pair.colour_stamp
         try:
             return work()
@@ -218,10 +235,10 @@ class Pipeline:
 
     def _register(self, arrival: Arrival, preparation: Preparation) -> None:
         camera_frame, stamp = arrival.camera_frame, preparation.frame.stamp
+        T_base_camera = self._extrinsics.camera_in_base(camera_frame, stamp)  # waits for /tf
         samples = self._imu.samples(camera_frame, stamp)
         if samples is not None:
             preparation.add_imu(samples)
-        T_base_camera = self._extrinsics.camera_in_base(camera_frame, stamp)
         mount = self._extrinsics.camera_mount(camera_frame)
         start = self._start.pose(stamp)
         if start is not None:
@@ -250,6 +267,8 @@ class Pipeline:
     # Requests, done by the worker between two frames.
 
     def _reset(self, pose: PoseWithCovariance | None) -> None:
+        self._interruption.begin(Count.DROPPED_BY_RESET)
+
         def reset() -> None:
             self._odometry.reset()
             if pose is None:
@@ -258,6 +277,7 @@ class Pipeline:
             else:
                 self._base.reset(pose)
                 self._start.cancel()
+            self._publisher.reset()
             self._views.reset()
             self._rtabmap.reset()
             self._logger.info('odometry reset')
@@ -268,6 +288,7 @@ class Pipeline:
 
         def set_pose() -> None:
             self._base.set_pose(pose, stands_still)
+            self._publisher.reset()
             self._start.cancel()
             self._logger.info('pose set', throttle_duration_sec=_POSE_THROTTLE)
         self._between_frames(set_pose)
@@ -287,7 +308,8 @@ class Pipeline:
         """Compute less, or more again, as the load of the last seconds demands."""
         if self._settings.process_every_frame or not self._settings.shed_load:
             return
-        load = Load(time.monotonic(), self._arrived, self._worker.dropped, self._worker.busy)
+        load = Load(time.monotonic(), self._arrived, self._worker.dropped, self._worker.busy,
+                    self._transforms.waited_in_all)
         if self._shedding.update(load):
             self.change_settings(self._core)
             self._logger.warning(self._shedding.sentence or 'everything is computed again')
@@ -305,7 +327,12 @@ class Pipeline:
             self._logger.warning(complaint, throttle_duration_sec=_THROTTLE)
         for count, total in images.counts.items():
             self._diagnostics.count_up_to(count, total)
-        self._diagnostics.count_up_to(Count.DROPPED_UNDER_LOAD, self._worker.dropped)
+        late = self._transforms.complaint
+        self._diagnostics.dropped(self._worker.dropped, while_waiting=bool(late))
+        unknown = '' if self._guess is None else self._guess.complaint
+        concern = '; '.join(filter(None, (late, unknown)))
+        if concern:
+            self._logger.warning(concern, throttle_duration_sec=_THROTTLE)
         self._diagnostics.publish(
             complaint, self._control.paused,
             {'backlog': str(self._queue.backlog),
@@ -315,7 +342,7 @@ class Pipeline:
              'gyroscope': self._odometry.gyroscope.description,
              'accelerometer': self._odometry.gravity.description,
              'dropped to shed load': self._shedding.step.value},
-            self._shedding.sentence)
+            '; '.join(filter(None, (concern, self._shedding.sentence))))
 
 
 def _queue(settings: NodeSettings) -> WorkQueue[Arrival]:

@@ -20,12 +20,14 @@ class Worker(Generic[Item]):
     :param work: called with each item; it must not raise.
     :param is_ready: whether an item can be worked on; until then it stays in the queue.
     :param name: of the thread.
+    :param waited: returns the time that the calling thread has waited within its work [s].
     """
 
     def __init__(self, queue: WorkQueue[Item], work: Callable[[Item], None],
                  is_ready: Callable[[Item], bool] = lambda item: True,
-                 name: str = 'odometry') -> None:
+                 name: str = 'odometry', waited: Callable[[], float] = lambda: 0.0) -> None:
         self._queue, self._work, self._is_ready = queue, work, is_ready
+        self._waited = waited
         self._busy = 0.0
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
@@ -36,7 +38,7 @@ class Worker(Generic[Item]):
 
     @property
     def busy(self) -> tuple[float, ...]:
-        """Time that the thread has worked, without the job at hand [s]."""
+        """Time that the thread has worked, without waits and the job at hand [s]."""
         return self._busy,
 
     def start(self) -> None:
@@ -70,6 +72,6 @@ class Worker(Generic[Item]):
 
     def _run(self) -> None:
         while (job := self._queue.take(self._work, self._is_ready)) is not None:
-            begun = time.monotonic()
+            begun = time.monotonic() - self._waited()
             job()
-            self._busy += time.monotonic() - begun
+            self._busy += time.monotonic() - self._waited() - begun

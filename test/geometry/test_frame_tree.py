@@ -187,3 +187,59 @@ def test_links_are_known_by_both_frames():
     known = [('base', 'camera'), ('base', 'arm')]
     assert [names for names in itertools.product(('base', 'arm', 'camera'), repeat=2)
             if tree.has_link(*names)] == sorted(known, key=lambda names: names[1])
+
+
+def resting(tree, *changes, period=SECOND):
+    """Sample a mast that changes by 6 numbers, from one sample to the next."""
+    pose = np.eye(4)
+    tree.add_sample('base', 'mast', 0, pose)
+    for i, change in enumerate(changes):
+        pose = pose @ se3.exp(change)
+        tree.add_sample('base', 'mast', (i + 1) * period, pose)
+    return len(changes) * period
+
+
+STILL = [0.0] * 6
+
+
+@pytest.mark.parametrize('change, is_rest', [
+    (STILL, True), ([0.9e-3, 0, 0, 0, 0, 0], True), ([0, 1.1e-3, 0, 0, 0, 0], False),
+    ([0, 0, 0, 0, 0, np.radians(0.099)], True), ([0, 0, 0, np.radians(-0.101), 0, 0], False)])
+def test_a_link_rests_within_a_millimetre_and_a_tenth_of_a_degree(tree, change, is_rest):
+    last = resting(tree, change)
+    assert tree.find('base', 'mast', last + 1).has_rested is is_rest
+    assert tree.find('base', 'mast', last).has_rested  # known, wherever it moves
+    assert tree.find('base', 'mast', last // 2).has_rested
+
+
+def test_a_link_that_creeps_does_not_rest(tree):
+    """By 0.3 mm a sample: after four of them it is elsewhere."""
+    last = resting(tree, *7 * [[0.3e-3, 0, 0, 0, 0, 0]])
+    assert tree.find('base', 'mast', last + 3 * SECOND).has_rested
+    assert not tree.find('base', 'mast', last + 4 * SECOND).has_rested
+
+
+def test_a_link_that_trembles_about_a_place_rests(tree):
+    last = resting(tree, *10 * [[0.8e-3, 0, 0, 0, 0, 0], [-0.8e-3, 0, 0, 0, 0, 0]])
+    assert tree.find('base', 'mast', 2 * last).has_rested
+    assert not tree.find('base', 'mast', 2 * last + 1).has_rested
+
+
+def test_before_the_first_sample_a_link_is_never_known(tree):
+    resting(tree, STILL, STILL)
+    found = tree.find('base', 'mast', -1)
+    assert (found.is_past, found.has_rested, found.gap) == (True, False, 1)
+    for stamp in (0, 1, 5 * SECOND):
+        assert not tree.find('base', 'mast', stamp).is_past
+
+
+@pytest.mark.parametrize('target, source', [('base', 'boom'), ('boom', 'base')])
+def test_a_chain_rests_where_each_of_its_links_does(tree, target, source):
+    resting(tree, STILL)
+    tree.add_sample('mast', 'boom', 0, pose(4))
+    tree.add_sample('mast', 'boom', SECOND, pose(5))
+    assert not tree.find(target, source, SECOND + 1).has_rested
+    assert tree.find('base', 'mast', SECOND + 1).has_rested
+    tree.add_sample('mast', 'boom', 2 * SECOND, pose(5))
+    assert tree.find(target, source, 2 * SECOND).has_rested
+    assert tree.find(target, source, -1).is_past

@@ -34,8 +34,9 @@ class Asked:
 
     def __init__(self, graph):
         self._graph, self.node = graph, graph.node()
-        self.resets, self.poses = [], []
+        self.resets, self.pauses, self.poses = [], [], []
         self.control = Control(self.node, 'odom', self.resets.append,
+                               lambda: self.pauses.append(self.control.paused),
                                lambda pose, paused: self.poses.append((pose, paused)))
         self._publisher = graph.beside.create_publisher(PoseWithCovarianceStamped, 'set_pose', 10)
 
@@ -135,6 +136,11 @@ def test_a_reset_to_no_pose_is_rejected_with_a_sentence(reset_to, numbers, reaso
 
 
 POSE = se3.exp([3, -1, 2, 0.2, 0.1, 2.0])
+
+
+def test_it_is_paused_when_that_is_passed_on(asked):
+    asked.call('pause_odom')
+    assert asked.pauses == [True]
 
 
 @pytest.mark.parametrize('frame', ['odom', '', '/odom'])

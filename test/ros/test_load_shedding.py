@@ -85,6 +85,19 @@ def test_where_the_work_left_out_would_not_fit_it_does_not_come_back():
     assert second.pass_by(0.3, 1, 30) is Step.FEWER_KEYPOINTS  # frames are still dropped
 
 
+def test_frames_dropped_while_transforms_are_late_keep_no_step():
+    """One thread works for a tenth of the time and waits for the rest: frames are dropped."""
+    shedding = LoadShedding()
+    shedding.step = Step.FEWER_KEYPOINTS
+    for second in range(6):
+        shedding.update(Load(100.0 + second, 30 * second, 20 * second,
+                             (0.02 * second, 0.1 * second), waited=0.8 * second))
+    assert shedding.step is Step.ALL
+    for second in range(6, 20):
+        assert not shedding.update(Load(100.0 + second, 30 * second, 20 * second,
+                                        (0.02 * second, 0.1 * second), waited=0.8 * second))
+
+
 def test_a_restart_of_the_count_is_no_overload():
     second = Second()
     second.pass_by(1.0, 10)

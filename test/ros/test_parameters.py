@@ -91,6 +91,15 @@ def test_rejections_say_what_to_do(make_node, overrides, sentence):
         declare_settings(make_node(**overrides))
 
 
+def test_the_names_of_frames_are_those_of_tf2(make_node):
+    """Which knows none with a slash in front."""
+    own, _ = declare_settings(make_node(
+        frame_id='/body', odom_frame_id='/odom', guess_frame_id='//wheels'))
+    assert (own.frame_id, own.odom_frame_id, own.guess_frame_id) == ('body', 'odom', 'wheels')
+    with pytest.raises(InputError, match='frame_id must differ'):
+        declare_settings(make_node(frame_id='/odom'))
+
+
 def test_the_guess_may_be_in_the_frame_of_the_odometry(make_node):
     """As where the wheels publish odom -> base_link, and this node no TF."""
     own, _ = declare_settings(make_node(guess_frame_id='odom', publish_tf=False))

@@ -229,6 +229,32 @@ def test_a_reset_forgets_the_way_on_every_topic(make, monkeypatch):
     np.testing.assert_allclose(made.poses[-1], np.eye(4))
 
 
+@pytest.mark.parametrize('name, count, answered', [
+    ('pause_odom', Count.SKIPPED_WHILE_PAUSED, 1), ('reset_odom', Count.DROPPED_BY_RESET, 2)])
+def test_what_waits_for_its_turn_is_not_answered_after_a_request(make, name, count, answered):
+    made = make(process_every_frame=True)
+    made.see(STAMP)
+    for i in range(1, 4):
+        made.pipeline._enqueue(pair(STAMP + i * 33 * MS))
+    waiting = made.pipeline._queue._items[0]
+    assert not made.pipeline._is_ready(waiting)  # for a calibration
+    made.call_now(name)
+    assert made.pipeline._is_ready(waiting)
+    made.work()
+    made.see(STAMP + 4 * 33 * MS)
+    assert len(made.odom) == answered
+    assert made.snapshot.totals[count] == (3 if name == 'reset_odom' else 4)
+
+
+def test_what_is_prepared_ahead_is_not_answered_after_a_request(make):
+    made = make()
+    made.pipeline._enqueue(pair(STAMP))
+    prepared = made.pipeline._prepare(made.pipeline._queue._items[0])
+    made.call_now('pause_odom')
+    made.pipeline._answer(prepared)
+    assert made.odom == [] and made.snapshot.totals[Count.SKIPPED_WHILE_PAUSED] == 1
+
+
 def test_after_a_reset_to_a_pose_the_guess_is_not_waited_for(make):
     made = make(guess_frame_id='wheels', wait_for_transform=0.0)
     made.see(STAMP)
@@ -799,3 +825,81 @@ def test_where_it_is_not_wanted_everything_is_computed_under_load_too(make, monk
     made = make(**settings)
     overload(made, monkeypatch, 6)
     assert not hasattr(made.camera, 'settings')
+
+
+def test_a_late_transform_is_named_and_is_no_load(make):
+    made = make()
+    for i in range(4):
+        made.pipeline._enqueue(pair(STAMP + i * 33 * MS))
+    made.pipeline._report(Stream())
+    for _ in range(3):
+        made.pipeline._transforms._lateness.note('base_link', 'camera', 0.35)
+    for i in range(4, 9):
+        made.pipeline._enqueue(pair(STAMP + i * 33 * MS))
+    made.pipeline._report(Stream())
+    late = "the transform from 'camera' to 'base_link' arrives 0.35 s after the frames"
+    assert late in made.status.message
+    assert made.log[-1][1].startswith(late)
+    totals = made.snapshot.totals
+    assert (totals[Count.DROPPED_UNDER_LOAD], totals[Count.DROPPED_WHILE_WAITING]) == (3, 5)
+
+
+def test_a_guess_that_is_not_known_is_reported(make):
+    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
+    for second in range(3):
+        made.pipeline._guess.T_guess_base(STAMP + second * 1000 * MS)
+    made.pipeline._report(Stream())
+    unknown = "the transform from 'base_link' to 'wheels' (guess_frame_id) has never been known"
+    assert unknown in made.status.message
+    assert made.log[-1][1].startswith(unknown)
+
+
+@pytest.mark.parametrize('cores', [1, 2])
+@pytest.mark.parametrize('where', ['frame', 'register'])
+def test_waits_for_transforms_are_no_work(make, monkeypatch, cores, where):
+    made = make(cores=cores)
+    transforms = made.pipeline._transforms
+
+    def wait(*arguments, **options):
+        transforms._waited_in_vain = False
+        transforms.find('base_link', 'nowhere', STAMP, 0.3)
+        raise InputError('it is not known')
+    part = made.pipeline._assembler if where == 'frame' else made.camera
+    monkeypatch.setattr(made.pipeline._assembler, 'missing_for', lambda pair: '')
+    monkeypatch.setattr(part, where, wait)
+    made.pipeline.start()
+    made.pipeline._enqueue(pair(STAMP))
+    made.graph.wait_until(lambda: made.snapshot.totals[Count.DAMAGED], 'the frame')
+    made.pipeline.close()
+    assert transforms.waited_in_all >= 0.3
+    assert max(made.pipeline._worker.busy) < 0.25
+
+
+def test_the_pose_of_the_imu_is_looked_up_once_tf_reaches_the_frame(make, monkeypatch):
+    made, asked = make(), []
+    for part, name, result in (('_extrinsics', 'camera_in_base', np.eye(4)),
+                               ('_imu', 'samples', None)):
+        monkeypatch.setattr(getattr(made.pipeline, part), name,
+                            lambda *_, name=name, result=result: asked.append(name) or result)
+    made.see(STAMP)
+    assert asked == ['camera_in_base', 'samples']
+
+
+@pytest.mark.parametrize('request_it', [
+    lambda pipeline: pipeline._reset(None),
+    lambda pipeline: pipeline._set_pose(PoseWithCovariance.identity(), False)])
+def test_where_the_base_is_placed_anew_tf_of_the_guess_is_forgotten(
+        make, monkeypatch, request_it):
+    made = make(guess_frame_id='wheels', wait_for_transform=0.0, publish_tf=True,
+                initial_pose=(0.0,) * 6)
+    monkeypatch.setattr(made.pipeline._guess, 'T_guess_base',
+                        lambda stamp: np.eye(4) if stamp == STAMP else None)
+    sent = []
+    monkeypatch.setattr(made.pipeline._publisher._tf, 'send',
+                        lambda stamp, *_: sent.append((stamp - STAMP) // MS))
+    made.see(STAMP, STAMP + 33 * MS)
+    request_it(made.pipeline)
+    made.work()
+    made.pipeline._start.cancel()
+    made.see(STAMP + 66 * MS)
+    assert sent == [0, 33]

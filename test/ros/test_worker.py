@@ -179,6 +179,27 @@ def test_the_time_at_work_is_counted_and_that_of_waiting_is_not(monkeypatch):
     assert worker.busy == (6.0,)
 
 
+def test_waits_within_the_work_are_no_work(monkeypatch):
+    """Of each job's seven seconds five are waits, as for a transform."""
+    clock = SimpleNamespace(now=0.0, waited=2.0)
+    clock.monotonic = lambda: clock.now
+    monkeypatch.setattr('aick_ros.ros.worker.time', clock)
+
+    def work(item):
+        clock.now += 7.0
+        clock.waited += 5.0
+
+    queue = WorkQueue(capacity=10)
+    worker = Worker(queue, work, waited=lambda: clock.waited)
+    queue.put('first')
+    queue.put('second')
+    worker.start()
+    while queue.backlog:
+        wait_for_a_task(queue)
+    worker.stop()
+    assert worker.busy == (4.0,)
+
+
 def test_drained_it_counts_what_is_dropped_anew(gate, start):
     queue = WorkQueue(capacity=1)
     worker = start(queue)

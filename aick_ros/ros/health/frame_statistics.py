@@ -113,6 +113,18 @@ class FrameStatistics:
         with self._lock:
             self._add(count, total - self._totals[count])
 
+    def dropped(self, total: int, while_waiting: bool) -> None:
+        """
+        Count frames dropped for newer ones.
+
+        :param total: number of all of them until now.
+        :param while_waiting: whether those since the last call were by late transforms.
+        """
+        under_load, waiting = Count.DROPPED_UNDER_LOAD, Count.DROPPED_WHILE_WAITING
+        with self._lock:
+            self._add(waiting if while_waiting else under_load,
+                      total - self._totals[under_load] - self._totals[waiting])
+
     def answered(self, update: OdometryUpdate, delay_ms: float, age_ms: float) -> None:
         """
         Record an answered frame.

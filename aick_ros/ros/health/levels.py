@@ -16,6 +16,9 @@ _LOST_TOO_LONG = 2.0  # seconds; chosen
 _SILENT_TOO_LONG = 5.0  # seconds; chosen, as long as the watchdog waits for a topic
 _TOLERATED = 0.05  # share of frames lost, dropped or damaged; chosen
 
+_SKIPPED = (Count.SKIPPED_WHILE_PAUSED, Count.DROPPED_BY_RESET, Count.SKIPPED_BY_RATE_LIMIT,
+            Count.SKIPPED_TO_SHED_LOAD)  # as was asked for: they are not answered
+
 _REMEDIES = {
     Status.TOO_FEW_KEYPOINTS: 'is the lens covered, the room dark, the wall blank, or everything '
                               'beyond sensor.max_depth?',
@@ -67,9 +70,7 @@ def judge(frames: Snapshot, complaint: str, paused: bool,
 
 def _unanswered(frames: Snapshot) -> bool:
     """Return whether frames in the window should have been answered and were not."""
-    skipped = (frames.recent[Count.SKIPPED_WHILE_PAUSED]
-               + frames.recent[Count.SKIPPED_BY_RATE_LIMIT]
-               + frames.recent[Count.SKIPPED_TO_SHED_LOAD])
+    skipped = sum(frames.recent[count] for count in _SKIPPED)
     return frames.recent[Count.RECEIVED] - skipped > frames.recent[Count.ANSWERED]
 
 

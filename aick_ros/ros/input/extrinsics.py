@@ -14,7 +14,7 @@ from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry.base_odometry import Mount
-from aick_ros.ros.input.transforms import Transforms
+from aick_ros.ros.input.transforms import LARGEST_GAP, Transforms
 from aick_ros.ros.tf_messages import TF_REMEDY
 from aick_ros.settings.node import NodeSettings
 
@@ -39,7 +39,8 @@ class Extrinsics:
 
         :param camera_frame: frame of the colour images.
         :param stamp: [ns].
-        :param wait: whether to wait for moving links; never on the executor's thread.
+        :param wait: whether to wait for moving links; never on the executor's thread. Without,
+            their last sample counts that is up to 0.5 s before the stamp.
         :raises InputError: naming both frames where they are not connected yet.
         """
         if self._T_base_camera is not None:
@@ -47,8 +48,7 @@ class Extrinsics:
         if not camera_frame:
             raise InputError('the colour image has no frame_id: let the driver set it, or set '
                              'camera_in_base')
-        found = self._transforms.find(
-            self._base_frame, camera_frame, stamp, self._wait if wait else 0.0)
+        found = self._find(self._base_frame, camera_frame, stamp, wait)
         if found is None:
             raise InputError(
                 f'no transform from {quoted(camera_frame)} (the colour image) to '
@@ -70,19 +70,24 @@ class Extrinsics:
 
         :param colour_frame: frame of the colour images; ``depth_frame`` of the depth images.
         :param stamp: [ns].
-        :param wait: whether to wait for moving links; never on the executor's thread.
+        :param wait: whether to wait for moving links; never on the executor's thread. Without,
+            their last sample counts that is up to 0.5 s before the stamp.
         :raises InputError: naming both frames where they are not connected yet.
         """
         if self._T_colour_depth is not None:
             return self._T_colour_depth
-        found = self._transforms.find(
-            colour_frame, depth_frame, stamp, self._wait if wait else 0.0)
+        found = self._find(colour_frame, depth_frame, stamp, wait)
         if found is None:
             raise InputError(
                 f'no transform from {quoted(depth_frame)} (the depth image) to '
                 f'{quoted(colour_frame)} (the colour image) yet: {TF_REMEDY}, or '
                 'set depth_in_colour')
         return _near(found, depth_frame, colour_frame)
+
+    def _find(self, target: str, source: str, stamp: int, wait: bool) -> np.ndarray | None:
+        if wait:
+            return self._transforms.find(target, source, stamp, self._wait)
+        return self._transforms.find(target, source, stamp, 0.0, LARGEST_GAP)
 
 
 def _near(T_target_source: np.ndarray, source: str, target: str) -> np.ndarray:

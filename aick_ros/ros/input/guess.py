@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -16,6 +17,8 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.settings.node import NodeSettings
 
 _LARGEST_GAP = NANOSECONDS // 200  # chosen: in which a robot moves by less than wheels slip
+_WAITS_BETWEEN = 10  # chosen: a source that comes too late costs a tenth of the time at most
+_LONGEST_UNKNOWN = NANOSECONDS  # of stamps [ns]; chosen: one late sample is no fault
 _LONGEST_WAIT_AT_START = 5 * NANOSECONDS  # of stamps [ns]; chosen
 
 
@@ -23,7 +26,7 @@ class Finder(Protocol):
     """A source of transforms."""
 
     def find(self, target: str, source: str, stamp: int, wait: float = 0.0,
-             largest_gap: int = 0) -> np.ndarray | None:
+             largest_gap: int | None = None) -> np.ndarray | None:
         """Return ``T_target_source`` at a stamp [ns]; None: not known yet."""
 
 
@@ -39,22 +42,52 @@ class Guess:
     Pose of ``frame_id`` in ``guess_frame_id``, as TF reports it.
 
     It is known where its samples reach the stamp: the last one before would say that the robot
-    stands still. It may wait for TF: never call it on the executor's thread.
+    stands still. It may wait for TF: never call it on the executor's thread. After a wait in vain
+    there is none for ten times as long, or until one sample is in time: a silent source must not
+    delay every frame.
     """
 
     def __init__(self, transforms: Finder, extrinsics: Mounted, settings: NodeSettings) -> None:
         self._transforms, self._extrinsics = transforms, extrinsics
         self._guess_frame, self._base_frame = settings.guess_frame_id, settings.frame_id
-        self._longest_wait, self._wait = settings.wait_for_transform, 0.0
-        self.T_guess_base(0)  # subscribes to /tf from the start
-        self._wait = self._longest_wait
+        self._longest_wait = settings.wait_for_transform
+        self._waited_in_vain_at: int | None = None  # since it was last known
+        self._unknown: tuple[int, int] | None = None  # first and last stamp since then
+        self._was_known = False
+        self._found(0)  # subscribes to /tf from the start
+
+    @property
+    def complaint(self) -> str:
+        """That the pose has not been known for more than a second of stamps, '' where it is."""
+        unknown = self._unknown
+        if unknown is None or unknown[1] - unknown[0] <= _LONGEST_UNKNOWN:
+            return ''
+        since = ('has never been known' if not self._was_known else
+                 f'has not been known for {(unknown[1] - unknown[0]) / NANOSECONDS:.0f} s')
+        return (f'the transform from {quoted(self._base_frame)} to {quoted(self._guess_frame)} '
+                f'(guess_frame_id) {since}: check that it is published on /tf and that the clocks '
+                'agree, or raise wait_for_transform')
 
     def T_guess_base(self, stamp: int) -> np.ndarray | None:
         """Return the pose at a stamp [ns], 4x4; None: it is not known."""
-        found = self._found(stamp, self._wait)
-        # a silent source must not delay every frame
-        self._wait = 0.0 if found is None else self._longest_wait
-        return found
+        wait = self._wait_at(stamp)
+        found = self._found(stamp, wait)
+        if found is not None:
+            self._waited_in_vain_at, self._unknown, self._was_known = None, None, True
+            return found
+        if wait > 0.0:
+            self._waited_in_vain_at = stamp
+        first = stamp if self._unknown is None else min(self._unknown[0], stamp)
+        self._unknown = first, stamp
+        return None
+
+    def _wait_at(self, stamp: int) -> float:
+        """Return how long to wait for the pose at a stamp [ns], in seconds."""
+        if self._waited_in_vain_at is None:
+            return self._longest_wait
+        since = stamp - self._waited_in_vain_at
+        pause = _WAITS_BETWEEN * self._longest_wait * NANOSECONDS
+        return self._longest_wait if since < 0 or since >= pause else 0.0
 
     def _found(self, stamp: int, wait: float = 0.0) -> np.ndarray | None:
         try:

@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import threading
+import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -16,15 +18,18 @@ from rclpy.subscription import Subscription
 
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
-from aick_ros.geometry.frame_tree import FrameTree
+from aick_ros.geometry.frame_tree import FrameTransform, FrameTree
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.ros.conversions import from_transform, to_stamp
+from aick_ros.ros.input.lateness import Lateness
 from aick_ros.ros.tf_messages import TFMessage
 
 _QUEUE = 100
 _THROTTLE = 5.0  # seconds between two log lines; chosen
 _MOST_MOVING = 16  # pairs of frames; chosen: images of ever new frames must not fill the memory
-_LARGEST_GAP = NANOSECONDS // 2  # between an image and a moving link; chosen
+
+LARGEST_GAP = NANOSECONDS // 2
+"""Largest time from the last sample of a link to an image that may use it [ns]; chosen."""
 
 
 class Transforms:
@@ -45,6 +50,8 @@ class Transforms:
         self._tree = FrameTree()
         self._known: dict[tuple[str, str], np.ndarray] = {}
         self._changed = threading.Condition()
+        self._waits = Counter[int]()  # by thread [ns]
+        self._lateness = Lateness()
         self._moving: set[tuple[str, str]] = set()
         self._waited_in_vain = False  # for frames to be connected, since the last new link
         self._listener: Subscription | None = None
@@ -54,7 +61,7 @@ class Transforms:
                 QoSProfile(depth=_QUEUE, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 
     def find(self, target: str, source: str, stamp: int, wait: float = 0.0,
-             largest_gap: int = _LARGEST_GAP) -> np.ndarray | None:
+             largest_gap: int | None = None) -> np.ndarray | None:
         """
         Return ``T_target_source`` at a stamp, 4x4; None where the two are not connected yet.
 
@@ -63,16 +70,15 @@ class Transforms:
             Frames that are not connected are waited for once, then not before there is a new link:
             images of unknown frames must not hold up the others. Never wait on the executor's
             thread: nothing would be received.
-        :param largest_gap: time from the stamp to the samples of moving links [ns].
+        :param largest_gap: time from the last sample of a moving link to the stamp [ns]; None: the
+            link must have rested for as long before that sample, and for 0.5 s at most.
         :raises InputError: where a moving link is known only for other times.
         """
         target, source = _plain(target), _plain(source)
         with self._changed:
             if (target, source) in self._known:
                 return self._known[target, source]
-            if not (self._waited_in_vain and self._tree.find(target, source, stamp) is None):
-                self._changed.wait_for(lambda: self._reaches(target, source, stamp), wait)
-            found = self._tree.find(target, source, stamp)
+            found = self._awaited(target, source, stamp, wait)
             if found is None and wait > 0.0:
                 self._waited_in_vain = True
             if found is not None and found.is_static:
@@ -82,12 +88,28 @@ class Transforms:
                 self._moving.add((target, source))
         if found is None:
             return None
-        if found.gap > largest_gap:
+        if not _counts(found, largest_gap):
             raise InputError(
                 f'the transform from {quoted(source)} to {quoted(target)} moves, and the nearest '
-                f'one is {found.gap / NANOSECONDS:.1f} s from the image stamp: check that the '
-                'clocks agree and that /tf is still published')
+                f'one is {found.gap / NANOSECONDS:.3f} s from the image stamp: check that the '
+                'clocks agree and that /tf is still published, or raise wait_for_transform')
         return found.T_target_source
+
+    def waited(self) -> float:
+        """Return the time that the calling thread has waited for transforms [s]."""
+        return self._waits[threading.get_ident()] / NANOSECONDS
+
+    @property
+    def waited_in_all(self) -> float:
+        """Time that all threads have waited for transforms [s]."""
+        with self._changed:
+            return sum(self._waits.values()) / NANOSECONDS
+
+    @property
+    def complaint(self) -> str:
+        """A sentence on each transform that arrives late, '' for none."""
+        with self._changed:
+            return self._lateness.complaint
 
     def is_fixed(self, target: str, source: str) -> bool:
         """Return whether the transform between two frames was found, of fixed links only."""
@@ -105,6 +127,26 @@ class Transforms:
             self._listener = None
             with self._changed:
                 self._tree.clear_dynamic()
+
+    def _awaited(self, target: str, source: str, stamp: int,
+                 wait: float) -> FrameTransform | None:
+        """Return a transform once it reaches the stamp, or as it is known after the wait [s]."""
+        begun = time.monotonic_ns()
+        may_come = self._may_come(self._tree.find(target, source, stamp), wait)
+        if may_come:
+            self._changed.wait_for(lambda: self._reaches(target, source, stamp), wait)
+        found = self._tree.find(target, source, stamp)
+        waited = time.monotonic_ns() - begun
+        self._waits[threading.get_ident()] += waited
+        if may_come and wait > 0.0 and found is not None and not found.is_past:
+            self._lateness.note(target, source, (waited + found.gap) / NANOSECONDS)
+        return found
+
+    def _may_come(self, found: FrameTransform | None, wait: float) -> bool:
+        """Return whether a wait [s] may bring a transform, as it is known before."""
+        if found is None:
+            return not self._waited_in_vain
+        return not found.is_past and found.gap <= LARGEST_GAP + wait * NANOSECONDS
 
     def _reaches(self, target: str, source: str, stamp: int) -> bool:
         found = self._tree.find(target, source, stamp)
@@ -144,6 +186,13 @@ class Transforms:
                 self._node.get_logger().warning(
                     f'the transform from {names} is ignored: {error}; check its publisher',
                     throttle_duration_sec=_THROTTLE)
+
+
+def _counts(found: FrameTransform, largest_gap: int | None) -> bool:
+    """Return whether a transform is that of its stamp, up to a gap [ns]."""
+    if largest_gap is None:
+        return found.has_rested and found.gap <= LARGEST_GAP
+    return not found.is_past and found.gap <= largest_gap
 
 
 def _plain(frame: str) -> str:

@@ -28,7 +28,8 @@ class OdometryPublisher:
 
     While the camera is lost ``lost_policy`` decides what is sent, and TF stops; the first message
     after a loss has a covariance of 9999. With a guess TF continues by the predicted pose, and is
-    that of ``guess_frame_id``, as the base is a child of that frame already.
+    that of ``guess_frame_id``, as the base is a child of that frame already; where the guess is
+    not known it is the last one, so that a gap of the guess is none of ours.
 
     :param guess: pose of the base in ``guess_frame_id``; None: there is none.
     """
@@ -36,6 +37,7 @@ class OdometryPublisher:
     def __init__(self, node: Node, settings: NodeSettings, guess: Guess | None = None) -> None:
         self._settings = settings
         self._guess = guess
+        self._T_odom_guess: np.ndarray | None = None  # the last one known
         self._odom_frame, self._base_frame = settings.odom_frame_id, settings.frame_id
         self._odom = node.create_publisher(Odometry, 'odom', _QUEUE)
         self._pose = node.create_publisher(PoseWithCovarianceStamped, 'pose', _QUEUE)
@@ -46,6 +48,10 @@ class OdometryPublisher:
                 'guess_frame_id is odom_frame_id, of which another node publishes TF: this one '
                 'does not (set publish_tf to false to silence this)')
         self._tf = TransformBroadcaster(node) if publishes_tf else None
+
+    def reset(self) -> None:
+        """Forget TF of the guess: the base has been placed anew in ``odom_frame_id``."""
+        self._T_odom_guess = None
 
     def publish(self, base: BaseUpdate) -> None:
         """Publish pose, motion and TF of the base at one frame."""
@@ -68,8 +74,10 @@ class OdometryPublisher:
             return
         T_guess_base = self._guess.T_guess_base(base.stamp)
         if T_guess_base is not None:
+            self._T_odom_guess = T_odom_base @ se3.inverse(T_guess_base)
+        if self._T_odom_guess is not None:
             self._tf.send(base.stamp, self._odom_frame, self._settings.guess_frame_id,
-                          T_odom_base @ se3.inverse(T_guess_base))
+                          self._T_odom_guess)
 
     def _send_lost(self, base: BaseUpdate) -> None:
         if self._settings.lost_policy == 'null':

@@ -192,3 +192,11 @@ def test_frames_by_depth_alone_and_with_an_image_that_repeats_are_counted(frames
     totals = frames.snapshot().totals
     assert (totals[Count.BY_DEPTH_ALONE], totals[Count.REPEATED], totals[Count.ANSWERED]) == (
         2, 3, 9)
+
+
+def test_frames_dropped_while_transforms_are_late_are_none_dropped_under_load(frames):
+    for total, while_waiting in ((3, False), (10, True), (10, True), (14, False), (15, True)):
+        frames.dropped(total, while_waiting)
+    totals = frames.snapshot().totals
+    assert totals[Count.DROPPED_UNDER_LOAD] == 7
+    assert totals[Count.DROPPED_WHILE_WAITING] == 8

@@ -82,7 +82,7 @@ def test_where_the_first_frames_are_damaged_silence_becomes_an_error(frames):
 
 
 @pytest.mark.parametrize('reason', [Count.SKIPPED_BY_RATE_LIMIT, Count.SKIPPED_WHILE_PAUSED,
-                                    Count.SKIPPED_TO_SHED_LOAD])
+                                    Count.DROPPED_BY_RESET, Count.SKIPPED_TO_SHED_LOAD])
 def test_frames_skipped_on_request_are_no_silence(frames, reason):
     """As with a max_update_rate of one frame in 10 s, or right after a pause."""
     frames.answer(1)
@@ -211,7 +211,7 @@ def test_a_missing_input_is_an_error_after_five_seconds(silent_for, level):
 
 @pytest.mark.parametrize('skipped, level', [(10, Level.OK), (9, Level.ERROR)])
 @pytest.mark.parametrize('name', ['SKIPPED_WHILE_PAUSED', 'SKIPPED_BY_RATE_LIMIT',
-                                  'SKIPPED_TO_SHED_LOAD'])
+                                  'DROPPED_BY_RESET', 'SKIPPED_TO_SHED_LOAD'])
 def test_silence_is_an_error_unless_all_others_were_skipped(name, skipped, level):
     frames = snapshot(silent_for=6.0, ANSWERED=990, **{name: skipped})
     assert judge(frames, '', False)[0] is level

@@ -13,7 +13,7 @@ from aick_ros.borders.limits import MAX_EXTRINSIC
 from aick_ros.errors import InputError
 from aick_ros.odometry.base_odometry import Mount
 from aick_ros.ros.input.extrinsics import Extrinsics
-from aick_ros.ros.input.transforms import Transforms
+from aick_ros.ros.input.transforms import LARGEST_GAP, Transforms
 from aick_ros.ros.tf_messages import TF_REMEDY
 from aick_ros.settings.node import NodeSettings
 
@@ -56,11 +56,25 @@ def test_a_very_long_name_leaves_the_sentence_short(asked):
 def test_transforms_are_asked_for_from_the_camera_to_the_base_and_at_the_stamp(asked, tell_tf):
     tell_tf({('body', 'camera'): at(0.5), ('camera', 'ir'): at(0.7)})
     extrinsics = Extrinsics(asked, NodeSettings(frame_id='body', wait_for_transform=0.7))
-    for wait, seconds in (((), 0.7), ((True,), 0.7), ((False,), 0.0)):
+    for wait, how in (((), (0.7,)), ((True,), (0.7,)), ((False,), (0.0, LARGEST_GAP))):
         np.testing.assert_array_equal(extrinsics.camera_in_base('camera', 5, *wait), at(0.5))
         np.testing.assert_array_equal(extrinsics.depth_in_colour('camera', 'ir', 6, *wait),
                                       at(0.7))
-        assert asked.asked[-2:] == [('body', 'camera', 5, seconds), ('camera', 'ir', 6, seconds)]
+        assert asked.asked[-2:] == [('body', 'camera', 5, *how), ('camera', 'ir', 6, *how)]
+
+
+def test_a_head_that_turns_will_be_known_but_is_not_yet(asked, tell_tf):
+    """A frame is taken from the queue, and waits for /tf to reach its stamp."""
+    extrinsics = Extrinsics(asked, NodeSettings(wait_for_transform=0.0))
+    with pytest.raises(InputError, match='no transform'):
+        extrinsics.camera_in_base('camera', 0, wait=False)
+    asked.tend()
+    for tenths in range(10):
+        tell_tf({('base_link', 'camera'): at(0.1 * tenths)}, '/tf', 10 ** 9 + tenths * 10 ** 8)
+    np.testing.assert_array_equal(
+        extrinsics.camera_in_base('camera', 2 * 10 ** 9, wait=False), at(0.1 * 9))
+    with pytest.raises(InputError, match="'camera' to 'base_link' moves, .* 0.100 s from"):
+        extrinsics.camera_in_base('camera', 2 * 10 ** 9)
 
 
 def test_a_parameter_is_a_pose_of_metres_and_a_quaternion():

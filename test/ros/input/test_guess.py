@@ -320,3 +320,65 @@ def test_the_past_is_not_waited_for():
     for now in (2_000_000_000, 2_100_000_000):
         assert guess.base_motion(500_000_000, now) is None
     assert wheels.waits == [longest, 0.0, longest, 0.0]
+
+
+class Late:
+    """Wheels whose transforms come 60 ms after their stamps, and none from 3 to 3.2 s."""
+
+    def __init__(self):
+        self.waits = []
+
+    def find(self, target, source, stamp, wait=0.0, largest_gap=0):
+        self.waits.append(wait)
+        return np.eye(4) if wait >= 0.06 and not 3_000 * MS <= stamp <= 3_200 * MS else None
+
+
+MS = 1_000_000
+
+
+def test_wheels_that_come_late_are_waited_for_again_after_a_stall():
+    """At 10 Hz, for ten times the longest wait after the one in vain."""
+    wheels = Late()
+    guess = Guess(wheels, None, NodeSettings(guess_frame_id='wheel_odom'))
+    known = [i for i in range(100) if guess.T_guess_base(100 * MS * i) is not None]
+    assert known == [*range(30), *range(40, 100)]
+    assert wheels.waits[1:] == 31 * [0.1] + 9 * [0.0] + 60 * [0.1]
+
+
+def test_however_long_the_wait_is_it_takes_a_tenth_of_the_time_at_most():
+    wheels = Wheels(None)
+    guess = Guess(wheels, None, NodeSettings(
+        guess_frame_id='wheel_odom', wait_for_transform=0.5))
+    for i in range(100):
+        guess.T_guess_base(100 * MS * i)
+    assert wheels.waits[1:] == 2 * ([0.5] + 49 * [0.0])
+
+
+def test_a_recording_that_loops_waits_for_the_wheels_anew():
+    guess, wheels = guess_by(None)
+    for stamp in (10_000 * MS, 10_100 * MS, 500 * MS, 600 * MS):
+        guess.T_guess_base(stamp)
+    assert wheels.waits[1:] == [0.1, 0.0, 0.1, 0.0]
+
+
+def test_wheels_that_are_not_known_are_complained_about_until_they_are():
+    guess, wheels = guess_by(drive)
+    seen = []
+    for second in range(7):
+        wheels.T = drive if second in (0, 6) else None
+        guess.T_guess_base(1_000 * MS * second)
+        seen.append(guess.complaint)
+    assert [bool(text) for text in seen] == [False, False, False, True, True, True, False]
+    assert seen[5] == (
+        "the transform from 'base_link' to 'wheel_odom' (guess_frame_id) has not been known for "
+        '4 s: check that it is published on /tf and that the clocks agree, or raise '
+        'wait_for_transform')
+
+
+def test_wheels_that_never_come_are_complained_about():
+    guess, wheels = guess_by(None)
+    assert guess.complaint == ''
+    for second in range(3):
+        guess.T_guess_base(1_000 * MS * second)
+    assert guess.complaint.startswith(
+        "the transform from 'base_link' to 'wheel_odom' (guess_frame_id) has never been known: ")

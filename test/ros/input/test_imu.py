@@ -182,7 +182,7 @@ def test_the_first_frame_waits_for_the_transform_too(made):
 
 def test_the_first_frame_waits_for_a_transform_that_moves_too(made, tell_tf):
     source, driver = made({}, is_required=True)
-    move(driver, tell_tf, 3000 * MS)
+    move(driver, tell_tf, 3005 * MS)
     driver.send(5)
     with pytest.raises(InputError, match=f'^{MOVED}'):
         source.samples(OPTICAL, 5 * MS)
@@ -199,7 +199,7 @@ def test_only_the_first_frame_waits_for_the_transform(made, tell_tf):
 NO_TRANSFORM = ("no transform from 'imu_frame' (the IMU) to 'camera_rgb_optical_frame' (the "
                 f'colour image) yet: {TF_REMEDY}; until then the IMU is not used')
 MOVED = ("the transform from 'imu_frame' to 'camera_rgb_optical_frame' moves, and the nearest one "
-         'is 3.0 s from the image stamp: ')
+         'is 3.000 s from the image stamp: ')
 
 
 @pytest.mark.parametrize('moves, sentence', [(False, NO_TRANSFORM), (True, MOVED)])

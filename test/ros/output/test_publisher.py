@@ -49,8 +49,9 @@ class Probe:
             tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
             self.node.create_subscription(
                 tf2_msgs.TFMessage, '/tf', lambda m: self.links.extend(m.transforms), 10)
-        self.publish = OdometryPublisher(
-            self.node, NodeSettings(**{'publish_tf': False, **settings}), guess).publish
+        publisher = OdometryPublisher(
+            self.node, NodeSettings(**{'publish_tf': False, **settings}), guess)
+        self.publish, self.reset = publisher.publish, publisher.reset
 
     def sent(self, *updates):
         """Publish updates of ascending stamps; return the odometry when the last one came."""
@@ -197,14 +198,27 @@ def test_that_it_publishes_no_tf_is_said_where_it_was_asked_to(
 
 
 def test_tf_to_the_guess_frame_places_the_base_too(probe):
-    """TF chains odom -> guess -> base; while the pose is predicted it continues."""
+    """
+    TF chains odom -> guess -> base; while the pose is predicted it continues.
+
+    So it does at stamp 4, where the guess is not known, with the last transform.
+    """
     made = probe(guess=Guess(), publish_tf=True, guess_frame_id='wheels')
     made.sent(base(stamp=1), base(BaseState.PREDICTED, stamp=2), base(BaseState.LOST, stamp=3),
               base(stamp=4), base(stamp=5))
     made.receive(made.links, 5)
-    assert [to_stamp(link.header.stamp) for link in made.links] == [1, 2, 5]
-    for link in made.links:
+    assert [to_stamp(link.header.stamp) for link in made.links] == [1, 2, 4, 5]
+    for link, known_at in zip(made.links, (1, 2, 2, 5)):
         assert (link.header.frame_id, link.child_frame_id) == ('odom', 'wheels')
-        T_odom_base = from_transform(link.transform) @ Guess().T_guess_base(
-            to_stamp(link.header.stamp))
+        T_odom_base = from_transform(link.transform) @ Guess().T_guess_base(known_at)
         np.testing.assert_allclose(T_odom_base, T_ODOM_BASE, atol=1e-12)
+
+
+def test_before_a_guess_is_known_and_after_a_reset_there_is_no_tf(probe):
+    """The last transform would place the guess in an odom that is no more."""
+    made = probe(guess=Guess(), publish_tf=True, guess_frame_id='wheels')
+    made.sent(base(stamp=4), base(stamp=3))
+    made.reset()
+    made.sent(base(stamp=4), base(stamp=5))
+    made.receive(made.links, 5)
+    assert [to_stamp(link.header.stamp) for link in made.links] == [3, 5]
