@@ -18,6 +18,7 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.borders.records import replaced
 from aick_ros.errors import InputError
+from aick_ros.frames.depth_cells import Grid, grid_of, inverse_depths
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
@@ -40,32 +41,6 @@ two excerpts of real recordings, on rendered corridors and on rooms with five ki
 _MIN_COSINE = 0.17  # chosen: between ray and normal, about 80 degrees
 _BUCKETS = 8  # chosen: intervals of the normals, along x and along y
 _NUMBERS = 256  # by definition: what intervals may have; the last one stands for none of them
-_MAX_ROUND_TRIP_ERROR = 1e-2  # chosen: on the plane z = 1; beyond it the model folded the ray back
-_MIN_DEPTH = 1e-3  # chosen: [m], keeps the inverse depth finite
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Undistorted pinhole camera whose pixels are the cells; all values in cells."""
-
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-
-    @functools.cached_property
-    def intrinsics(self) -> np.ndarray:
-        """The focal lengths and the centre: fx, fy, cx, cy."""
-        return np.array([self.fx, self.fy, self.cx, self.cy], np.float64)
-
-    @property
-    def rays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rays on the plane z = 1: x of the columns (1xW) and y of the rows (Hx1), float32."""
-        x = (np.arange(self.width, dtype=np.float32) - self.cx) / self.fx
-        y = (np.arange(self.height, dtype=np.float32) - self.cy) / self.fy
-        return x.astype(np.float32)[None], y.astype(np.float32)[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +74,7 @@ class Surface:
         :param cell: their side [px].
         :raises InputError: where the image is smaller than a cell.
         """
-        grid = _grid(camera, cell)
+        grid = grid_of(camera, cell)
         if not (grid.width and grid.height):
             raise InputError(f'the depth image is {camera.width} x {camera.height} pixels: at '
                              f'least {cell} x {cell} are required')
@@ -107,7 +82,7 @@ class Surface:
         points, normals = np.empty((2, cells, 3), np.float32)
         roughness, cosines = np.empty((2, cells), np.float32)
         usable = np.empty(cells, bool)
-        kernels.fit_planes(_inverse_depth(depth, camera, sensor, cell), grid.intrinsics, points,
+        kernels.fit_planes(inverse_depths(depth, camera, sensor, cell), grid.intrinsics, points,
                            normals, roughness, cosines)
         kernels.smooth_cells(
             points, roughness.reshape(grid.height, grid.width), cosines, sensor.depth_sigma,
@@ -118,8 +93,8 @@ class Surface:
     @functools.cached_property
     def even(self) -> Surface:
         """The same with as many chosen cells, spread evenly over the usable ones."""
-        shuffled = _shuffled(len(self.usable))
-        chosen = np.sort(shuffled[self.usable.take(shuffled)][:len(self.chosen)])
+        order = shuffled(len(self.usable))
+        chosen = np.sort(order[self.usable.take(order)][:len(self.chosen)])
         return replaced(self, chosen=chosen)
 
     @functools.cached_property
@@ -152,45 +127,6 @@ class Surface:
         return indices[:found], cells[:found]
 
 
-@functools.lru_cache(maxsize=8)
-def _grid(camera: Camera, cell: int) -> Grid:
-    centre = (cell - 1) / 2  # of the first cell [px]
-    return Grid(camera.width // cell, camera.height // cell, camera.fx / cell, camera.fy / cell,
-                (camera.cx - centre) / cell, (camera.cy - centre) / cell)
-
-
-@functools.lru_cache(maxsize=8)
-def _undistortion(camera: Camera, cell: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the columns and rows of undistorted cells in the image; None without distortion."""
-    if not camera.distortion:
-        return None
-    grid = _grid(camera, cell)
-    x, y = np.broadcast_arrays(*grid.rays)
-    rays = np.column_stack([x.ravel(), y.ravel(), np.ones(x.size)])
-    pixels = camera.project(rays)
-    # outside of its range a distortion model folds rays back into the image
-    error = np.abs(camera.normalize(pixels) - rays[:, :2]).max(axis=1)
-    pixels[~(error < _MAX_ROUND_TRIP_ERROR)] = -1e4
-    cells = (pixels - (cell - 1) / 2) / cell
-    columns, rows = np.ascontiguousarray(cells.T, np.float32)
-    return columns, rows
-
-
-def _inverse_depth(depth: np.ndarray, camera: Camera, sensor: SensorSettings,
-                   cell: int) -> np.ndarray:
-    """Return the mean inverse depth of the cells; NaN where a pixel of the cell is invalid."""
-    grid = _grid(camera, cell)
-    inverse = np.empty((grid.height, grid.width), np.float32)
-    kernels.mean_inverse_depths(
-        depth, cell, 1 / sensor.max_depth, 1 / max(sensor.min_depth, _MIN_DEPTH), inverse)
-    places = _undistortion(camera, cell)
-    if places is None or min(inverse.shape) < 2:
-        return inverse
-    undistorted = np.empty_like(inverse)
-    kernels.interpolate(inverse, *places, undistorted.ravel())
-    return undistorted
-
-
 def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:
     """
     Return cells whose normals cover all directions present (normal-space sampling).
@@ -202,7 +138,7 @@ def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:
     if sizes.sum() <= count:
         return usable.nonzero()[0]
     chosen = np.empty(len(usable), bool)
-    kernels.choose_cells(_shuffled(len(usable)), buckets, sizes, count, chosen)
+    kernels.choose_cells(shuffled(len(usable)), buckets, sizes, count, chosen)
     return chosen.nonzero()[0]
 
 
@@ -214,6 +150,6 @@ def _buckets(normals: np.ndarray, usable: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 @functools.lru_cache(maxsize=8)
-def _shuffled(count: int) -> np.ndarray:
+def shuffled(count: int) -> np.ndarray:
     """Return the numbers below the count in a fixed random order."""
     return np.random.default_rng(0).permutation(count)

@@ -19,6 +19,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from aick_ros.frames.depth_edges import DepthEdges
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import CELL, FINE_CELL, Surface
@@ -73,6 +74,7 @@ class DepthAlone:
     def forget(self) -> None:
         """Forget the surfaces of the last frames, which take some megabytes each."""
         self._surfaces = LastResults(self._new_surfaces, _CACHED_FRAMES)
+        self._edges = LastResults(self._new_edges, _CACHED_FRAMES)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: PoseWithCovariance, unobserved: np.ndarray,
@@ -131,11 +133,12 @@ class DepthAlone:
     def _pair(self, source: PreparedFrame, view: KnownView, of: int,
               weight: float = 1.0) -> DepthPair:
         """Return the depth of two frames, of their coarse or their fine surfaces."""
-        surfaces = self._surfaces(source.frame)
+        surfaces, other = self._surfaces(source.frame), view.prepared.frame
         return DepthPair(
-            surfaces[of], self._surfaces(view.prepared.frame)[of], view.T_view_target,
+            surfaces[of], self._surfaces(other)[of], view.T_view_target,
             _correction(source, view.prepared, self._misalignment.misalignment), self._settings,
-            weight, max(len(surfaces[of].chosen) // len(surfaces[_COARSE].chosen), 1))
+            weight, max(len(surfaces[of].chosen) // len(surfaces[_COARSE].chosen), 1),
+            (self._edges(source.frame), self._edges(other)))
 
     def _new_surfaces(self, frame: RgbdFrame) -> tuple[Surface, Surface]:
         """Return the coarse and the fine surface of a frame."""
@@ -143,6 +146,10 @@ class DepthAlone:
         coarse, fine = (Surface.of(frame.depth, frame.camera, self._settings.sensor, points, cell)
                         for points, cell in ((count, CELL), (_FINE_POINTS * count, FINE_CELL)))
         return coarse, fine
+
+    def _new_edges(self, frame: RgbdFrame) -> DepthEdges:
+        """Return the edges of a frame."""
+        return DepthEdges.of(frame.depth, frame.camera, self._settings.sensor)
 
 
 def _solve(pairs: Sequence[DepthPair], expected: PoseWithCovariance, pose: np.ndarray,

@@ -298,13 +298,16 @@ class Played:
         self.alone._surfaces = Surfaces({
             id(frame.frame): surfaces for frame, surfaces in zip(
                 (self.source, self.target), self.surfaces)})
+        self.alone._edges = id  # so that they show which frame they are of
 
     def _noise(self, displacement):
         self.asked.append(displacement)
         return Noise(bias=self.bias)
 
-    def _pair(self, source, view, T_view_target, correction, settings, weight, every):
+    def _pair(self, source, view, T_view_target, correction, settings, weight, every, edges):
         name = source.name
+        assert edges[0] == id(self.source.frame)
+        assert (edges[1] == id(self.target.frame)) == any(view in of for of in self.surfaces)
         assert every == (1 if name == 'coarse' else 3)
         self.log.append(('pair', source, view, T_view_target, correction, settings, weight))
         return SimpleNamespace(
@@ -536,3 +539,27 @@ def test_a_third_view_holds_what_drifts():
     assert errors[0] == pytest.approx(0.0108, abs=0.002)
     assert errors[1] == pytest.approx(errors[0] / 3, abs=0.002)
     assert np.trace(by_all.covariance) > 1.5 * np.trace(by_target.covariance)
+
+
+def beside_a_post(T_world_camera, stamp, rng):
+    """Return a frame of a wall in front of which a post stands, of no depth but what hides it."""
+    wall, post = (depth_of([(np.array([0.0, 0.0, 1.0]), far)], T_world_camera)
+                  for far in (2.5, 1.5))
+    v, u = np.mgrid[:CAMERA.height, :CAMERA.width]
+    rays = np.stack([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones(u.shape)])
+    across, = np.tensordot(T_world_camera[:1, :3], rays * post, 1) + T_world_camera[0, 3]
+    return with_surface(np.where(np.abs(across - 0.1) < 0.15, post, wall), stamp, rng)
+
+
+def test_edges_hold_what_planes_do_not():
+    """Along a wall with a post before it, where the motion expected is off by 5 cm."""
+    rng = np.random.default_rng(1)
+    target, source = (beside_a_post(pose, stamp, rng)
+                      for pose, stamp in ((np.eye(4), 0), (MOTION, 33_000_000)))
+    expected = PoseWithCovariance(se3.exp([0.05, 0, 0, 0, 0, 0]) @ MOTION, PRIOR)
+    unobserved = np.diag([4.0, 4.0, 4.0, 1.0, 1.0, 1.0])
+    found = DepthAlone(Settings()).register(source, target, expected, unobserved)
+    error = se3.difference(found.T_target_source, MOTION)
+    assert abs(error[0]) < 0.003
+    assert error[0] ** 2 < 9 * found.covariance[0, 0] < 9 * 0.01 ** 2
+    assert found.covariance[1, 1] > 0.05 ** 2  # the post shows no motion up or down

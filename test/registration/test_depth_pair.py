@@ -42,6 +42,8 @@ def told(monkeypatch):
     def make(information, noise, weight=1.0, T_view_target=BESIDE, every=1, asked=[],
              curvature=1.0, of_normals=np.zeros((6, 6)), weights=1.0):
         def equations(residuals):
+            if not residuals:
+                return NormalEquations(np.zeros((6, 6)), np.zeros(6))
             error = se3.difference(residuals[0].pose, T_view_target @ MOTION)
             return NormalEquations(information, information @ error)
 
@@ -51,7 +53,8 @@ def told(monkeypatch):
                                    normal_noise=of_normals)
         monkeypatch.setattr(depth_pair, 'point_to_plane', residuals)
         monkeypatch.setattr(depth_pair.NormalEquations, 'of', equations)
-        monkeypatch.setattr(depth_pair, 'gradient_noise', lambda residuals: noise)
+        monkeypatch.setattr(depth_pair, 'gradient_noise',
+                            lambda residuals: noise if residuals else np.zeros((6, 6)))
         monkeypatch.setattr(depth_pair, 'curvature', lambda residuals: curvature)
         return DepthPair('source', 'view', T_view_target, 'correction', Settings(), weight, every)
     return make

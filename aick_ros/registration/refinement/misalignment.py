@@ -147,6 +147,16 @@ class Correction:
                    Displacement(moved[1], image_height(target)),
                    1.0 + misalignment.colour_focal, 1.0 + misalignment.depth_focal)
 
+    def pose_by_depth(self, T_target_source: np.ndarray) -> np.ndarray:
+        """
+        Return the pose of the one depth image in the other, 4x4, in the mean over their rows.
+
+        :param T_target_source: of the colour images, 4x4.
+        """
+        moved, into = (se3.exp(each.twists[0]) for each in (self.source, self.target))
+        pose: np.ndarray = se3.inverse(into) @ T_target_source @ moved
+        return pose
+
     def tracks(self, tracks: Tracks, source: PreparedFrame, sensor: SensorSettings,
                T_target_source: np.ndarray) -> Tracks:
         """

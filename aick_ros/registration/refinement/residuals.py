@@ -16,7 +16,7 @@ The Jacobians are with respect to the pose error of :mod:`aick_ros.geometry.se3`
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from statistics import NormalDist
 
@@ -273,11 +273,36 @@ def _observable_projection(information: np.ndarray, noise: np.ndarray) -> np.nda
     :param noise: in it, 6x6.
     :returns: 6x6; the identity where all directions are observed.
     """
-    root = np.linalg.cholesky(information + _RIDGE * np.eye(6))
+    return _projection(information + _RIDGE * np.eye(6), noise, _share_observed)
+
+
+def unobservable_projection(information: np.ndarray, noise: np.ndarray) -> np.ndarray | None:
+    """
+    Return the projection onto the directions that the residuals do not observe.
+
+    :param information: of residuals whose Jacobian is projected, 6x6.
+    :param noise: in it, 6x6; with what is projected away all is noise.
+    :returns: 6x6; None where all directions are observed.
+    """
+    ridge = _RIDGE * np.eye(6)
+    projection = _projection(information + ridge, noise + ridge,
+                             lambda shares: 1.0 - _share_observed(shares))
+    return projection if projection.any() else None
+
+
+def _share_observed(shares: np.ndarray) -> np.ndarray:
+    """Return how far directions count as observed, by the share of noise in the information."""
+    observed: np.ndarray = np.clip((_SHARE_UNOBSERVED - shares)
+                                   / (_SHARE_UNOBSERVED - _SHARE_OBSERVED), 0.0, 1.0)
+    return observed
+
+
+def _projection(information: np.ndarray, noise: np.ndarray,
+                weight: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return the projection that weights the information by the share of noise in it, 6x6."""
+    root = np.linalg.cholesky(information)
     shares, directions = np.linalg.eigh(
         np.linalg.solve(root, np.linalg.solve(root, noise).T))
-    observed = np.sqrt(np.clip((_SHARE_UNOBSERVED - shares)
-                               / (_SHARE_UNOBSERVED - _SHARE_OBSERVED), 0.0, 1.0))
-    projection: np.ndarray = (np.linalg.solve(root.T, directions * observed)
+    projection: np.ndarray = (np.linalg.solve(root.T, directions * np.sqrt(weight(shares)))
                               @ directions.T @ root.T)
     return projection
