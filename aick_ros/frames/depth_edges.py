@@ -26,7 +26,7 @@ _LEAST_STEP_SIGMAS = 8.0  # the same, in standard deviations of the depth noise,
 _WIDEST_GAP = 4  # cells without depth that a shadow has beside an edge
 _FEWEST_TOGETHER = 3  # cells of an edge in a square of five by five: fewer are noise
 _SMOOTHING = 2.0  # of the image whose gradient is across the edges [cells]
-_MOST_POINTS = 800  # of an edge that are compared
+_MOST_POINTS = 300  # that are compared with another image
 _ABOUT = np.ones(2 * (2 * _WIDEST_GAP + 1,), np.uint8)  # by definition: cells about one
 _FAR = np.float32(1e3)  # inverse depth where there is none [1/m]; larger than any
 

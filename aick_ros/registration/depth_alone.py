@@ -97,7 +97,7 @@ class DepthAlone:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{count} points with depth')
         views = [(KnownView(target, np.eye(4)), 1.0),
                  *self._weighted(source, others, expected.matrix)]
-        coarse, fine = ([self._pair(source, view, of, weight) for view, weight in views]
+        coarse, fine = (self._pairs(source, views, of, expected.matrix)
                         for of in (_COARSE, _FINE))
         pose = _solve(fine, expected, _solve(coarse, expected, expected.matrix))
         pose = _solve(fine, expected, pose, _LAST_STEPS, with_all=True)
@@ -130,15 +130,24 @@ class DepthAlone:
             if shared > nothing:
                 yield view, min((shared - nothing) / (all_of_it - nothing), 1.0)
 
+    def _pairs(self, source: PreparedFrame, views: Sequence[tuple[KnownView, float]], of: int,
+               expected: np.ndarray) -> list[DepthPair]:
+        """Return the pairs with some views; with edges where planes of the target hide a motion."""
+        pairs = [self._pair(source, view, of, weight) for view, weight in views]
+        if pairs[0].hidden_near(expected) is None:
+            return pairs
+        own = self._edges(source.frame)
+        return [pair.with_edges((own, self._edges(view.prepared.frame)), expected)
+                for pair, (view, _) in zip(pairs, views)]
+
     def _pair(self, source: PreparedFrame, view: KnownView, of: int,
               weight: float = 1.0) -> DepthPair:
         """Return the depth of two frames, of their coarse or their fine surfaces."""
-        surfaces, other = self._surfaces(source.frame), view.prepared.frame
+        surfaces = self._surfaces(source.frame)
         return DepthPair(
-            surfaces[of], self._surfaces(other)[of], view.T_view_target,
+            surfaces[of], self._surfaces(view.prepared.frame)[of], view.T_view_target,
             _correction(source, view.prepared, self._misalignment.misalignment), self._settings,
-            weight, max(len(surfaces[of].chosen) // len(surfaces[_COARSE].chosen), 1),
-            (self._edges(source.frame), self._edges(other)))
+            weight, max(len(surfaces[of].chosen) // len(surfaces[_COARSE].chosen), 1))
 
     def _new_surfaces(self, frame: RgbdFrame) -> tuple[Surface, Surface]:
         """Return the coarse and the fine surface of a frame."""

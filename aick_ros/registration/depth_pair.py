@@ -30,7 +30,7 @@ _ANY_COSINE = 0.0  # chosen: of the normals of points that show how well the two
 _LEAST_SHARE = 0.1  # chosen: of the information that is left, whatever the noise of the normals
 
 
-_EDGE_WEIGHT = 0.03
+_EDGE_WEIGHT = 0.08
 """Weight of the distance of an edge point: its neighbours err alike. Chosen on rendered rooms with
 three kinds of cameras: up to it what planes observe is as exact as without edges."""
 
@@ -66,6 +66,8 @@ class DepthPair:
     :param every: one of how many of the frame's points counts. The others are its neighbours,
         which share much of its noise: they make the pose better, but no more certain.
     :param edges: of the frame and of the view; None: by planes alone.
+    :param hidden: projection of pose errors onto what the planes do not observe, 6x6; None:
+        nothing, so that edges have no part.
     """
 
     source: Surface
@@ -76,6 +78,16 @@ class DepthPair:
     weight: float = 1.0
     every: int = 1
     edges: tuple[DepthEdges, DepthEdges] | None = None
+    hidden: np.ndarray | None = None
+
+    def hidden_near(self, T_target_source: np.ndarray) -> np.ndarray | None:
+        """Return the projection onto what the planes do not observe near a pose, 6x6, if any."""
+        return _hidden_by(self._residuals(self.T_view_target @ T_target_source, self.every))
+
+    def with_edges(self, edges: tuple[DepthEdges, DepthEdges],
+                   T_target_source: np.ndarray) -> DepthPair:
+        """Return the pair with the edges of the frame and of the view, near a pose."""
+        return replaced(self, edges=edges, hidden=self.hidden_near(T_target_source))
 
     def overlap(self, T_target_source: np.ndarray) -> float:
         """Return the share of the frame's points that lie on planes of the view."""
@@ -93,7 +105,7 @@ class DepthPair:
         T_view_source = self.T_view_target @ T_target_source
         planes = self._residuals(T_view_source, 1 if with_all else self.every)
         by_planes, axes = NormalEquations.of([planes]), in_axes(self.T_view_target[:3, :3])
-        by_edges = NormalEquations.of(self._edges(T_view_source, planes, by_planes.information))
+        by_edges = NormalEquations.of(self._edges(T_view_source, self.hidden))
         share = 1.0 / self.every if with_all else 1.0
         weighted = self.weight * axes.T
         return NormalEquations(
@@ -114,8 +126,8 @@ class DepthPair:
         :param unobserved: 6x6, the covariance of what no surface shows.
         """
         residuals = self._residuals(T_view_source, smallest_cosine=_ANY_COSINE)
-        scale, by_planes = curvature([residuals]) / self.every, NormalEquations.of([residuals])
-        edges = self._edges(T_view_source, residuals, by_planes.information)
+        by_planes, scale = NormalEquations.of([residuals]), curvature([residuals]) / self.every
+        edges = self._edges(T_view_source, _hidden_by(residuals))
         information = (scale * by_planes.information
                        + curvature(edges) * NormalEquations.of(edges).information)
         scatter = (gradient_noise([residuals]) / self.every ** 2
@@ -134,25 +146,14 @@ class DepthPair:
         covariance = axes @ inverse @ (along_axes(scatter) + prior) @ inverse @ axes.T
         return definite.nonnegative(0.5 * (covariance + covariance.T))
 
-    def _edges(self, T_view_source: np.ndarray, planes: PlaneResiduals,
-               information: np.ndarray) -> list[Residuals]:
-        """
-        Return the distances of the frame's edges for what its planes do not observe; or none.
-
-        They have the weight of edges.
-
-        :param information: of the planes, 6x6.
-        """
-        if self.edges is None or not len(planes.weights):
-            return []
-        projection = unobservable_projection(
-            information, float(planes.weights.mean()) * planes.normal_noise)
-        if projection is None:
+    def _edges(self, T_view_source: np.ndarray, hidden: np.ndarray | None) -> list[Residuals]:
+        """Return the distances of the frame's edges, with their weight, where they have a part."""
+        if self.edges is None or hidden is None:
             return []
         distances = edge_distances(*self.edges, self.correction.pose_by_depth(T_view_source))
         root = math.sqrt(_EDGE_WEIGHT)
         return [replaced(distances, values=root * distances.values,
-                         jacobian=root * distances.jacobian @ projection)]
+                         jacobian=root * distances.jacobian @ hidden)]
 
     def _residuals(self, T_view_source: np.ndarray, every: int = 1,
                    **options: float) -> PlaneResiduals:
@@ -161,6 +162,13 @@ class DepthPair:
         return point_to_plane(
             self.source, self.view, T_view_source, self.settings.sensor, refinement.robust_width,
             refinement.reach, self.correction, every=every, **options)
+
+
+def _hidden_by(planes: PlaneResiduals) -> np.ndarray | None:
+    if not len(planes.weights):
+        return None
+    return unobservable_projection(NormalEquations.of([planes]).information,
+                                   float(planes.weights.mean()) * planes.normal_noise)
 
 
 def _less(shown: np.ndarray, noise: np.ndarray) -> np.ndarray:

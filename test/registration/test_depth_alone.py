@@ -298,24 +298,29 @@ class Played:
         self.alone._surfaces = Surfaces({
             id(frame.frame): surfaces for frame, surfaces in zip(
                 (self.source, self.target), self.surfaces)})
-        self.alone._edges = id  # so that they show which frame they are of
+        self.alone._edges = lambda frame: f'edges of {self._name(frame)}'
+        self.hidden = None
 
     def _noise(self, displacement):
         self.asked.append(displacement)
         return Noise(bias=self.bias)
 
-    def _pair(self, source, view, T_view_target, correction, settings, weight, every, edges):
+    def _name(self, frame):
+        names = {id(self.source.frame): 'the source', id(self.target.frame): 'the target'}
+        return names.get(id(frame), 'a view')
+
+    def _pair(self, source, view, T_view_target, correction, settings, weight, every):
         name = source.name
-        assert edges[0] == id(self.source.frame)
-        assert (edges[1] == id(self.target.frame)) == any(view in of for of in self.surfaces)
         assert every == (1 if name == 'coarse' else 3)
         self.log.append(('pair', source, view, T_view_target, correction, settings, weight))
-        return SimpleNamespace(
-            name=name, view=view, weight=weight,
+        pair = SimpleNamespace(
+            name=name, view=view, weight=weight, hidden_near=lambda pose: self.hidden,
+            with_edges=lambda edges, pose: self.log.append(('edges', name, edges, pose)) or pair,
             overlap=lambda pose: self.log.append(('overlap', name, pose)) or (
                 self.shared.get(id(view), self.overlap)),
             covariance=lambda pose, unobserved: self.log.append(
                 ('covariance', name, pose, unobserved)) or self.covariance)
+        return pair
 
     def _solve(self, pairs, expected, pose, most_steps=12, with_all=False):
         name, = {pair.name for pair in pairs}
@@ -539,6 +544,20 @@ def test_a_third_view_holds_what_drifts():
     assert errors[0] == pytest.approx(0.0108, abs=0.002)
     assert errors[1] == pytest.approx(errors[0] / 3, abs=0.002)
     assert np.trace(by_all.covariance) > 1.5 * np.trace(by_target.covariance)
+
+
+def test_where_planes_of_the_target_hide_a_motion_all_pairs_have_edges(monkeypatch, made):
+    played = Played(monkeypatch, made)
+    view = KnownView(made.prepared(3, surface='a surface', twist=None, depth_lag=0.0), np.eye(4))
+    played.register([view])
+    assert [entry for entry in played.log if entry[0] == 'edges'] == []
+    played.hidden = np.eye(6)
+    played.register([view])
+    found = [entry[1:] for entry in played.log if entry[0] == 'edges']
+    assert [(name, of) for name, of, _ in found] == [
+        (name, ('edges of the source', f'edges of {other}'))
+        for name in ('coarse', 'fine') for other in ('the target', 'a view')]
+    assert all(pose is MOTION for *_, pose in found)
 
 
 def beside_a_post(T_world_camera, stamp, rng):

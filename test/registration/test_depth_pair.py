@@ -11,7 +11,8 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.registration import depth_pair
 from aick_ros.registration.depth_pair import DepthPair
-from aick_ros.registration.refinement.residuals import NormalEquations
+from aick_ros.registration.refinement.misalignment import NO_CORRECTION
+from aick_ros.registration.refinement.residuals import NormalEquations, Residuals
 from aick_ros.settings import Settings
 
 MOTION = se3.exp([0.02, -0.01, 0.03, 0.01, -0.02, 0.015])
@@ -139,3 +140,59 @@ def test_the_covariance_has_the_scatter_of_depth_and_what_is_unobserved(told, ma
         np.testing.assert_allclose(
             told(information, noise, curvature=curvature).covariance(MOTION, UNOBSERVED),
             inverse @ (noise + 0.01 * curved + prior) @ inverse, rtol=1e-6)
+
+
+@pytest.fixture
+def with_edges(monkeypatch):
+    """Return a pair of planes that show nothing along x, with edges that see MOTION there."""
+    def make(shares=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0), asked=[]):
+        information = np.diag(np.where(np.array(shares) == 1.0, 1e-6, 1e8))
+        jacobian = np.sqrt(information)
+
+        def planes(source, view, pose, *rest, **options):
+            return SimpleNamespace(
+                values=jacobian @ se3.difference(pose, BESIDE @ MOTION), jacobian=jacobian,
+                weights=np.ones(6), blocks=np.arange(6), dimensions=1,
+                normal_noise=np.diag(shares) @ information)
+
+        def edges(source, view, pose):
+            asked.append((source, view, pose))
+            across = np.tile(np.eye(6)[0], (60, 1)) * 1e4
+            error = se3.difference(pose, BESIDE @ MOTION)
+            # all blocks scatter by one standard deviation
+            return Residuals(across @ error + np.resize([1.0, -1.0], 60), across, np.ones(60),
+                             np.arange(60))
+        monkeypatch.setattr(depth_pair, 'point_to_plane', planes)
+        monkeypatch.setattr(depth_pair, 'edge_distances', edges)
+        return DepthPair('source', 'view', BESIDE, NO_CORRECTION, Settings()).with_edges(
+            ('edges', 'other edges'), MOTION)
+    return make
+
+
+def test_edges_show_what_planes_hide(with_edges):
+    asked = []
+    pair = with_edges(asked=asked)
+    off = se3.perturbed(MOTION, np.array([1e-4, -2e-4, 3e-4, 2e-4, 1e-4, -1e-4]))
+    equations = pair.equations(off)
+    step = -np.linalg.solve(equations.information, equations.gradient)
+    np.testing.assert_allclose(se3.perturbed(off, step), MOTION, atol=1e-7)
+    source, view, pose = asked[-1]
+    assert (source, view) == ('edges', 'other edges')
+    np.testing.assert_allclose(pose, BESIDE @ off)
+
+
+def test_edges_have_a_variance_by_their_scatter(with_edges):
+    """That of 60 in a row that err alike in part; along the other axes that of the planes."""
+    covariance = with_edges().covariance(BESIDE @ MOTION, np.eye(6))
+    independent = 1e-8 / 60
+    assert 3.0 * independent < covariance[0, 0] < 6.0 * independent
+    assert covariance[1, 1] < 1e-8
+
+
+@pytest.mark.parametrize('share, part', [(0.2, 0.0), (0.5, 0.5), (0.8, 1.0)])
+def test_edges_have_the_part_that_planes_leave(with_edges, share, part):
+    pair = with_edges((share, 0.0, 0.0, 0.0, 0.0, 0.0))
+    assert (pair.hidden is None) == (part == 0.0)
+    if part:
+        np.testing.assert_allclose(pair.hidden @ pair.hidden, part * np.diag(np.eye(6)[0]),
+                                   atol=1e-6)

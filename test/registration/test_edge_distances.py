@@ -52,7 +52,7 @@ def test_the_jacobian_is_the_derivative_by_the_error_of_the_pose():
     source, target, pose = frame(), frame(), se3.exp(np.repeat([0.001, 2e-4], 3))
     found = edge_distances(source, target, pose)
     count = len(found.values)
-    assert count > 300
+    assert count > 200
     for axis, step in enumerate(1e-7 * np.eye(6)):
         moved = edge_distances(source, target, se3.perturbed(pose, step))
         np.testing.assert_allclose((moved.values - found.values) / 1e-7, found.jacobian[:, axis],

@@ -208,3 +208,14 @@ def test_without_a_velocity_or_time_there_is_no_prediction(pose, twist, elapsed,
     assert (found is not None) == is_one
     if found:
         assert (found.T_target_source, found.twist, found.elapsed) == (pose, twist, elapsed)
+
+
+def test_the_pose_by_depth_is_between_what_both_depth_images_show():
+    """A point of the source's depth image, moved as it is displaced, is in both where it is."""
+    rng = np.random.default_rng(2)
+    source, target = 0.1 * rng.normal(size=(2, 2, 6))
+    correction = Correction(Displacement(source, 1.0), Displacement(target, 1.0))
+    T_target_source, point = se3.exp(rng.normal(size=6)), rng.normal(size=(1, 3))
+    seen = se3.transform(correction.pose_by_depth(T_target_source), point)
+    moved = se3.transform(T_target_source @ se3.exp(source[0]), point)
+    np.testing.assert_allclose(se3.transform(se3.exp(target[0]), seen), moved, atol=1e-12)

@@ -16,7 +16,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import Correction, Displacement
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, _observable_projection, contradict, curvature, gradient_noise,
-    point_to_plane, reprojection, track_depth, track_steps)
+    point_to_plane, reprojection, track_depth, track_steps, unobservable_projection)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
@@ -258,6 +258,19 @@ def test_directions_are_observed_by_the_share_that_is_not_noise():
     difference = first - second
     found = _observable_projection(first.T @ first, difference.T @ difference / 2)
     np.testing.assert_allclose(found, np.diag(observed), atol=0.05)
+
+
+def test_what_is_not_observed_is_the_rest_of_what_is():
+    """Of each direction the squares of both parts are all of it; unless all are observed."""
+    shares = np.array([0.1, 0.25, 0.4, 0.5, 0.65, 0.85])
+    information = np.diag([1e4, 2e4, 3e4, 1e3, 5e4, 1e5])
+    observed = _observable_projection(information, shares * information)
+    hidden = unobservable_projection(information, shares * information)
+    np.testing.assert_allclose(observed @ observed + hidden @ hidden, np.eye(6), atol=1e-5)
+    assert unobservable_projection(information, 0.2 * information) is None
+    nothing = np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    hidden = unobservable_projection(nothing @ information, np.zeros((6, 6)))
+    np.testing.assert_allclose(hidden, np.eye(6) - nothing, atol=1e-6)
 
 
 @pytest.mark.parametrize('share', [0.2, 0.3])
