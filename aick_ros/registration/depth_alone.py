@@ -132,7 +132,7 @@ class DepthAlone:
 
     def _pairs(self, source: PreparedFrame, views: Sequence[tuple[KnownView, float]], of: int,
                expected: np.ndarray) -> list[DepthPair]:
-        """Return the pairs with some views; with edges where planes of the target hide a motion."""
+        """Return the pairs with views, with edges where planes of the target hide a motion."""
         pairs = [self._pair(source, view, of, weight) for view, weight in views]
         if pairs[0].hidden_near(expected) is None:
             return pairs
