@@ -76,7 +76,7 @@ class IncrementBias:
             return motion
         squares, covariance = _squares(motion.matrix, depth), np.empty((6, 6))
         seen = kernels.biased_increment(
-            shown.difference, shown.covariance, shown.gain, squares, self._ratio,
+            shown.difference, shown.expected_covariance, shown.gain, squares, self._ratio,
             motion.covariance, _OF_DEPTH, _NOISE, _USUAL, _LARGEST, covariance)
         if seen is None:  # what keypoints and depth differ by has no covariance
             return motion

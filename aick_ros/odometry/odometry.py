@@ -104,6 +104,8 @@ class Odometry:
         if self._detector is None and has_changed:
             self._begin(self._published, self._is_lost or self._references is not None)
         self._apply(settings, registrar)
+        if self._references is not None:
+            self._plane.begin(self._pose.matrix)
 
     def _apply(self, settings: Settings, registrar: Registrar) -> None:
         self._settings = settings

@@ -25,12 +25,14 @@ class Plane:
     """
 
     def __init__(self, settings: OdometrySettings) -> None:
-        self.configure(settings)
+        self._is_used = False
         self._T_base_camera: np.ndarray | None = None
-        self.reset()
+        self.configure(settings)
 
     def configure(self, settings: OdometrySettings) -> None:
-        """Continue with other settings, in the same plane."""
+        """Continue with other settings, in the same plane; where there was none, in a new one."""
+        if not self._is_used:
+            self.reset()
         self._is_used = settings.planar
         self._covariance = np.square(np.diag(
             [settings.planar_sigma, settings.planar_tilt_sigma, settings.planar_tilt_sigma]))

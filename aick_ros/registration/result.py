@@ -35,13 +35,15 @@ class SensorBias:
     Bias between keypoints and depth: the pose by keypoints alone less that by depth alone.
 
     :param difference: 6 (x, y, z, rot x, rot y, rot z), to first order [m, rad].
-    :param covariance: 6x6, of the difference if it is caused by noise alone.
+    :param covariance: 6x6, of the difference if it is caused by noise alone, as both scatter.
     :param gain: 6x6, by which the joint pose follows depth; keypoints by the rest.
+    :param expected_covariance: likewise, by the scatter that is expected of both.
     """
 
     difference: np.ndarray
     covariance: np.ndarray
     gain: np.ndarray
+    expected_covariance: np.ndarray
 
     @cached_property
     def normalised(self) -> float:
@@ -59,15 +61,18 @@ class SensorBias:
         """
         Return what the bias of a motion is, by those of two poses in one frame, in its axes.
 
+        Its covariances are both by the scatter expected.
+
         :param before: of the first pose.
         :param arm: from the first pose to the second one, 3 [m].
         :param own: share of the noise of each that the other one does not have.
         :param rotation: of the first pose, 3x3.
         """
         difference, (covariance, gain) = np.empty(6), np.empty((2, 6, 6))
-        kernels.bias_since(self.difference, self.covariance, self.gain, before.difference,
-                           before.covariance, arm, own, rotation, difference, covariance, gain)
-        return SensorBias(difference, covariance, gain)
+        kernels.bias_since(
+            self.difference, self.expected_covariance, self.gain, before.difference,
+            before.expected_covariance, arm, own, rotation, difference, covariance, gain)
+        return SensorBias(difference, covariance, gain, covariance)
 
 
 class Evidence(Enum):

@@ -284,7 +284,8 @@ def test_an_increment_has_the_errors_of_a_camera_that_may_be_misaligned(
     offset, focal = np.diag([4e-4, 1e-4, 2e-4, 1e-3, 2e-3, 1e-3]), np.diag([1e-3, 2e-3])
     monkeypatch.setattr(MisalignmentEstimate, 'offset_covariance', offset)
     monkeypatch.setattr(MisalignmentEstimate, 'focal_covariance', focal)
-    bias = None if shown is None else SensorBias(np.zeros(6), 1e-8 * np.eye(6), shown)
+    bias = None if shown is None else SensorBias(
+        np.zeros(6), 1e-8 * np.eye(6), shown, 1e-8 * np.eye(6))
     motion = PoseWithCovariance(se3.exp([0.1, 0.0, -0.1, 0.2, 0.1, -0.1]), 1e-8 * np.eye(6))
     monkeypatch.setattr(Reference, 'motion_to', lambda last, seen: (motion, bias))
     monkeypatch.setattr(IncrementBias, 'add_to', lambda bias, motion, shown, depth: motion)

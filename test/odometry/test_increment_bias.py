@@ -32,7 +32,7 @@ def biased(rng, degrees, noise=NOISE):
 def learned(differences, covariance=NOISE, motion=OWN):
     model = IncrementBias()
     for difference in differences:
-        model.add_to(motion, SensorBias(difference, covariance, HALF), DEPTH)
+        model.add_to(motion, SensorBias(difference, covariance, HALF, covariance), DEPTH)
     return model
 
 
@@ -42,7 +42,7 @@ def test_the_ratio_of_the_bias_to_the_motion_is_learned(degrees):
     found = []
     model = learned(biased(rng, degrees) for _ in range(30))
     for _ in range(200):
-        model.add_to(OWN, SensorBias(biased(rng, degrees), NOISE, HALF), DEPTH)
+        model.add_to(OWN, SensorBias(biased(rng, degrees), NOISE, HALF, NOISE), DEPTH)
         found.append(model.ratio ** 2)
     assert np.sqrt(np.mean(found)) == pytest.approx(np.radians(degrees), rel=0.15)
 
@@ -83,7 +83,7 @@ def test_differences_are_as_their_covariance_says(degrees):
     squares = []
     for _ in range(600):
         error = biased(rng, degrees)
-        shown = SensorBias(biased(rng, degrees), NOISE, np.eye(6))  # another draw
+        shown = SensorBias(biased(rng, degrees), NOISE, np.eye(6), NOISE)  # another draw
         covariance = model.add_to(PoseWithCovariance(MOTION, NOISE), shown, DEPTH).covariance
         squares.append(error @ np.linalg.solve(covariance, error))
     assert 5.0 < np.mean(squares) < 6 / SCATTER + 0.5  # of six degrees of freedom
@@ -96,7 +96,7 @@ def test_a_bias_acts_as_far_as_the_pose_follows_the_kind_that_has_it():
     root = np.random.default_rng(7).normal(0, 0.4, (6, 6))
     for gain in (np.zeros((6, 6)), np.eye(6), root):
         found = IncrementBias().add_to(
-            OWN, SensorBias(np.zeros(6), NOISE, gain), DEPTH).covariance
+            OWN, SensorBias(np.zeros(6), NOISE, gain, NOISE), DEPTH).covariance
         rest = np.eye(6) - gain
         np.testing.assert_allclose(found, SCATTER * OWN.covariance + ratio * (
             0.85 * gain @ squares @ gain.T + 0.15 * rest @ squares @ rest.T),
@@ -111,7 +111,7 @@ def test_a_difference_that_is_not_usual_enlarges_the_covariance_at_once_and_is_f
     size = np.sqrt(np.diag(NOISE) + ratio ** 2 * np.repeat([SHIFT, TURN], 3) ** 2)
 
     def added(times):
-        return model.add_to(OWN, SensorBias(times * size, NOISE, HALF), DEPTH).covariance
+        return model.add_to(OWN, SensorBias(times * size, NOISE, HALF, NOISE), DEPTH).covariance
 
     usual = added(0.0)
     assert added(1.0) == pytest.approx(usual, rel=0.2)
@@ -123,10 +123,11 @@ def test_a_difference_that_is_not_usual_enlarges_the_covariance_at_once_and_is_f
 
 def test_a_difference_on_the_quantile_is_usual():
     for factor, times in ((0.999, 1.0), (1.0, 1.0), (4.0, 4.0)):
-        shown = SensorBias(np.zeros(6), NOISE, HALF)
+        shown = SensorBias(np.zeros(6), NOISE, HALF, NOISE)
         usual = IncrementBias().add_to(OWN, shown, DEPTH).covariance
         sigma = np.sqrt(NOISE[0, 0] + (np.radians(2.0) * SHIFT) ** 2)
-        shown = SensorBias(np.sqrt(factor * chi2.ppf(0.9, 6)) * sigma * np.eye(6)[0], NOISE, HALF)
+        shown = SensorBias(np.sqrt(factor * chi2.ppf(0.9, 6)) * sigma * np.eye(6)[0], NOISE,
+                           HALF, NOISE)
         found = IncrementBias().add_to(OWN, shown, DEPTH).covariance
         np.testing.assert_allclose(found, times * usual, rtol=1e-3)
 
@@ -136,9 +137,9 @@ def test_a_camera_at_rest_has_no_bias_and_teaches_nothing():
     model = learned(biased(rng, 3.0) for _ in range(40))
     ratio, still = model.ratio, PoseWithCovariance(se3.exp(1e-5 * np.ones(6)), NOISE)
     for _ in range(300):
-        found = model.add_to(still, SensorBias(biased(rng, 0.0), NOISE, np.eye(6)), DEPTH)
+        found = model.add_to(still, SensorBias(biased(rng, 0.0), NOISE, np.eye(6), NOISE), DEPTH)
     assert model.ratio == ratio
-    usual = model.add_to(still, SensorBias(np.zeros(6), NOISE, np.eye(6)), DEPTH)
+    usual = model.add_to(still, SensorBias(np.zeros(6), NOISE, np.eye(6), NOISE), DEPTH)
     np.testing.assert_allclose(usual.covariance, SCATTER * NOISE, rtol=0.01, atol=1e-12)
     assert np.isfinite(found.covariance).all()
 
@@ -150,7 +151,7 @@ def test_a_bias_that_begins_is_covered_at_once_and_found_in_time():
     assert model.ratio < np.radians(0.01)
     squares = []
     for _ in range(100):
-        shown = SensorBias(biased(rng, 3.0), NOISE, np.eye(6))
+        shown = SensorBias(biased(rng, 3.0), NOISE, np.eye(6), NOISE)
         covariance = model.add_to(PoseWithCovariance(MOTION, NOISE), shown, DEPTH).covariance
         squares.append(shown.difference @ np.linalg.solve(covariance, shown.difference))
     assert np.max(squares) < chi2.ppf(0.9, 6) / SCATTER + 0.1
@@ -169,7 +170,8 @@ def test_the_bias_of_an_increment_follows_depth_and_keypoints_by_the_gain(differ
     rng = np.random.default_rng(8)
     gain, root = rng.uniform(-1, 1, (2, 6, 6))
     noise = 1e-7 * (root @ root.T + np.eye(6))
-    shown = SensorBias(difference * rng.multivariate_normal(np.zeros(6), noise), noise, gain)
+    shown = SensorBias(difference * rng.multivariate_normal(np.zeros(6), noise), noise, gain,
+                       noise)
     model = IncrementBias()
     ratio, motion = model.ratio ** 2, PoseWithCovariance(MOTION, 1e-6 * noise)
     turn = np.sum(np.square(se3.log_rotation(MOTION[:3, :3])))
@@ -194,5 +196,5 @@ def test_the_bias_of_an_increment_follows_depth_and_keypoints_by_the_gain(differ
 
 def test_a_difference_without_a_covariance_adds_nothing():
     motion = PoseWithCovariance(np.eye(4), 1e-6 * np.eye(6))
-    unknown = SensorBias(np.ones(6), np.zeros((6, 6)), HALF)
+    unknown = SensorBias(np.ones(6), np.zeros((6, 6)), HALF, np.zeros((6, 6)))
     assert IncrementBias().add_to(motion, unknown, DEPTH) is motion

@@ -114,11 +114,11 @@ def test_without_an_extrinsic_the_plane_is_that_of_the_first_axes():
 
 def test_switched_off_or_before_the_first_pose_it_changes_nothing(plane):
     pose = drifted()
-    plane.configure(OdometrySettings())
-    assert plane.joined(pose) is pose
-    plane.configure(SETTINGS)
     assert plane.joined(pose) is not pose
     plane.reset()
+    assert plane.joined(pose) is pose
+    plane.begin(pose.matrix)
+    plane.configure(OdometrySettings())
     assert plane.joined(pose) is pose
 
 
@@ -160,6 +160,17 @@ def test_other_settings_are_how_even_the_same_plane_is(plane):
     assert tilt[1:].max() < 1e-4 < either[1:].max() and tilt[0] > 1e-3
 
 
+def test_one_that_was_none_begins_anew(plane):
+    """As above a ramp, which is no part of the plane."""
+    other = drifted().matrix
+    plane.configure(OdometrySettings())
+    plane.configure(SETTINGS)
+    pose = drifted()
+    assert plane.joined(pose) is pose  # not begun yet
+    plane.begin(other)
+    np.testing.assert_allclose(plane.joined(pose).matrix, other, atol=1e-12)
+
+
 @pytest.fixture(scope='module')
 def carried(room):
     """Return frames of a camera that is carried by hand, the last one dark."""
@@ -187,3 +198,19 @@ def test_each_pose_of_the_odometry_is_drawn_into_the_plane(carried):
     axes = START[:3, :3]
     assert axes[:, 2] @ bases[-1].covariance[:3, :3] @ axes[:, 2] < 1e-3 ** 2
     assert axes[:, 0] @ bases[-1].covariance[:3, :3] @ axes[:, 0] > 1e-2 ** 2
+
+
+def test_a_plane_that_is_set_on_the_way_begins_there(carried):
+    """The pose goes on from where it is, as above a ramp."""
+    planar = OdometrySettings(planar=True, planar_sigma=1e-5, planar_tilt_sigma=1e-5)
+    odometry, heights = Odometry(Settings(), START @ T_BASE_CAMERA), []
+    for index, frame in enumerate(carried[:5]):
+        if index == 3:
+            odometry.change_settings(Settings(odometry=planar))
+        update = odometry.register_frame(frame, T_base_camera=T_BASE_CAMERA)
+        base = update.T_odom_camera @ se3.inverse(T_BASE_CAMERA)
+        heights.append(above(base))
+    assert np.abs(heights[2]).max() > 5e-3  # a hand leaves the plane of the start
+    # the position filter may leave the plane by what it holds back
+    assert np.abs(np.array(heights[3:]) - heights[2])[:, 0].max() < 5e-3
+    assert np.abs(heights[-1][0]) > 0.01  # and not that of the start

@@ -29,7 +29,7 @@ def registered_at(pose, systematic=np.zeros((6, 6)), bias=None):
 def drawn_bias(rng):
     """Return a small bias with a covariance and a gain of its own."""
     root, gain = rng.normal(0, 1e-3, (6, 6)), rng.normal(0, 0.3, (6, 6))
-    return SensorBias(rng.normal(0, 1e-5, 6), root @ root.T, gain)
+    return SensorBias(rng.normal(0, 1e-5, 6), root @ root.T, gain, root @ root.T)
 
 
 @pytest.fixture

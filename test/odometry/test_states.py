@@ -222,7 +222,8 @@ def test_increments_have_the_bias_of_the_camera_which_is_kept_at_a_reset(made, m
     monkeypatch.setattr('aick_ros.odometry.odometry.IncrementBias', Told)
     odometry, registrar = made()
     registrar.systematic = 1e-4 * np.eye(6)
-    registrar.bias = SensorBias(np.full(6, 1e-4), 1e-8 * np.eye(6), 0.5 * np.eye(6))
+    registrar.bias = SensorBias(
+        np.full(6, 1e-4), 1e-8 * np.eye(6), 0.5 * np.eye(6), 1e-8 * np.eye(6))
     for numbers in (range(3), range(3, 6)):
         updates = [odometry.register_frame(frame(number)) for number in numbers]
         for update, (motion, _, depth) in zip(updates[1:], given):

@@ -21,14 +21,14 @@ COVARIANCE = ROOT @ ROOT.T
 def test_a_bias_by_noise_has_a_normalised_square_of_one():
     """The sum of six squares follows chi squared."""
     rng = np.random.default_rng(1)
-    squares = [6 * SensorBias(difference, COVARIANCE, np.eye(6)).normalised
+    squares = [6 * SensorBias(difference, COVARIANCE, np.eye(6), COVARIANCE).normalised
                for difference in rng.multivariate_normal(np.zeros(6), COVARIANCE, 4000)]
     assert np.mean(squares) == pytest.approx(6, rel=0.05)
     assert np.mean(np.array(squares) < chi2.ppf(0.95, 6)) == pytest.approx(0.95, abs=0.015)
 
 
 def test_the_squares_of_a_bias_are_means_of_three_axes():
-    bias = SensorBias(np.array([1.0, 2.0, -3.0, 0.1, 0.0, -0.2]), np.eye(6), np.eye(6))
+    bias = SensorBias(np.array([1.0, 2.0, -3.0, 0.1, 0.0, -0.2]), np.eye(6), np.eye(6), np.eye(6))
     np.testing.assert_allclose(bias.squares, [14 / 3, 0.05 / 3])
 
 
@@ -86,7 +86,7 @@ def test_the_bias_of_a_motion_is_that_of_its_end_without_that_of_its_start():
     """In the axes of the start; an error there moves the end by its lever arm."""
     rng = np.random.default_rng(9)
     roots, gains, differences = (rng.uniform(-1, 1, (2, *size)) for size in ((6, 6), (6, 6), (6,)))
-    end, start = (SensorBias(difference, root @ root.T, gain)
+    end, start = (SensorBias(difference, root @ root.T, gain, root @ root.T)
                   for difference, root, gain in zip(differences, roots, gains))
     arm, rotation = np.array([0.3, -0.2, 0.5]), se3.exp_rotation([0.4, -0.9, 0.3])
     transport, axes = at_point(arm), in_axes(rotation.T)

@@ -38,7 +38,7 @@ def view(seconds, jitter=0.0):
 
 def registration(motion=np.eye(4), difference=np.zeros(6), covariance=OWN):
     return Registration(Status.OK, '', motion, covariance, np.empty((0, 2), np.intp), 1,
-                        bias=SensorBias(difference, NOISE, np.eye(6)))
+                        bias=SensorBias(difference, NOISE, np.eye(6), NOISE))
 
 
 def added(model, difference):

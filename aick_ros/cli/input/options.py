@@ -84,7 +84,8 @@ def settings_from(preset_name: str | None, config: Path | None,
     """
     Return the settings of the options: ``--set`` overrides ``--config`` overrides ``--preset``.
 
-    :raises InputError: naming the option, for an unknown name or an invalid value.
+    :raises InputError: naming the option, for an unknown name or an invalid value, and for a plane
+        in which the base moves: no recording says how the camera sits on it.
     """
     file = read_settings_file(config) if config is not None else None
     preset_name = preset_name or (file.preset if file is not None else None)
@@ -93,7 +94,11 @@ def settings_from(preset_name: str | None, config: Path | None,
         settings = file.applied_to(settings)
     changes = dict(map(_assignment, assignments or ()))
     require_of_algorithm('--set', changes)
-    return with_values(settings, changes)
+    settings = with_values(settings, changes)
+    if settings.odometry.planar:
+        raise InputError('odometry.planar needs the pose of the camera on the robot, which only '
+                         'the node knows: add --set odometry.planar=false')
+    return settings
 
 
 def require_of_algorithm(option: str, names: Iterable[str]) -> None:

@@ -15,7 +15,6 @@ from functools import partial
 
 import numpy as np
 
-from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
@@ -252,7 +251,8 @@ class _Problem:
         bias, measure = None, None
         if by_depth:
             bias = SensorBias(depth.error - keypoints.error,
-                              keypoints.expected_covariance + depth.expected_covariance, gain)
+                              keypoints.covariance + depth.covariance, gain,
+                              keypoints.expected_covariance + depth.expected_covariance)
             if len(self._tracks) >= FEWEST_TO_CONFIRM:
                 measure = Measure(
                     partial(self._noise_shown_by, bias, pose, keypoints, depth, by_depth[0]),
@@ -271,14 +271,13 @@ class _Problem:
     def _noise_shown_by(self, bias: SensorBias, pose: np.ndarray, keypoints: Estimate,
                         depth: Estimate, residuals: PlaneResiduals) -> NoiseSample:
         """Return the noise by two estimates, made at a pose, with the bias between them."""
-        by_their_scatter = replaced(bias, covariance=keypoints.covariance + depth.covariance)
         poses = PosesByKind((self._source.stamp, self._target.stamp),
                             se3.perturbed(pose, -keypoints.error),
                             se3.perturbed(pose, -depth.error),
                             float(np.trace(keypoints.covariance[:3, :3])) / 3)
         target = self._target.surface
         return NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
-                           by_their_scatter.normalised, bias.squares, poses,
+                           bias.normalised, bias.squares, poses,
                            (keypoints.shown, depth.shown),
                            None if target is None else self._choice.shown_by(residuals, target))
 

@@ -85,7 +85,7 @@ def test_parameters_of_ros_and_of_the_node_do_no_harm(config):
 @pytest.mark.parametrize('text, sentence', [
     ('/**: {ros__parameters: {aick.alhpa: 0.5}}', 'did you mean aick.alpha'),
     ('/**: {ros__parameters: {aick: {alpha: 1.5}}}', 'aick.alpha = 1.5 is outside 0 to 1'),
-    ('/**: {ros__parameters: {aick: {iterations: }}}', 'aick.iterations = None is not a whole'),
+    ('/**: {ros__parameters: {aick: {iterations: }}}', 'aick.iterations has no value'),
     ('/**: {ros__parameters: {frame_idd: base}}', 'did you mean frame_id'),
     ('/**: {ros__parameters: {publish_tf: 3}}', 'publish_tf = 3 is not true or false'),
     ('/**: {ros__parameters: }', 'ros__parameters has no parameters'),
@@ -178,3 +178,14 @@ def test_a_settings_file_says_what_is_in_it(config):
     assert (found.path, found.preset, found.changes) == (
         file, 'paper-fast', {'aick.alpha': 0.5, 'frame_id': 'base'})
     assert read_settings_file(config('/**: {ros__parameters: {preset: ""}}')).preset is None
+
+
+def test_a_plane_needs_what_no_recording_has(tmp_path):
+    """In the file of a robot on wheels, too, which is read all the same once it is switched off."""
+    file = tmp_path / 'robot.yaml'
+    file.write_text('/**: {ros__parameters: {odometry: {planar: true, max_speed: 1.5}}}')
+    for config, assignments in ((file, None), (None, ['odometry.planar=true'])):
+        with pytest.raises(InputError, match='only the node knows: add --set odometry'):
+            settings_from(None, config, assignments)
+    settings = settings_from(None, file, ['odometry.planar=false'])
+    assert settings.odometry.max_speed == 1.5
