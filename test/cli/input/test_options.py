@@ -181,7 +181,7 @@ def test_a_settings_file_says_what_is_in_it(config):
 
 
 def test_a_plane_needs_what_no_recording_has(tmp_path):
-    """In the file of a robot on wheels, too, which is read all the same once it is switched off."""
+    """In the file of a robot on wheels, too, which is read once it is switched off."""
     file = tmp_path / 'robot.yaml'
     file.write_text('/**: {ros__parameters: {odometry: {planar: true, max_speed: 1.5}}}')
     for config, assignments in ((file, None), (None, ['odometry.planar=true'])):
