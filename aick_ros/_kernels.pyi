@@ -60,6 +60,11 @@ def describe_points(
 def disc_directions(
     image: np.ndarray, border: int, half_widths: np.ndarray, points: np.ndarray,
     directions: np.ndarray) -> None: ...
+def edge_distances(
+    points: np.ndarray, across: np.ndarray, T_target_source: np.ndarray, intrinsics: np.ndarray,
+    nearest: np.ndarray, cells: np.ndarray, depths: np.ndarray, other_across: np.ndarray,
+    reach: float, depth_error: float, cosine: float, distances: np.ndarray,
+    jacobian: np.ndarray, rays: np.ndarray) -> int: ...
 def eliminate(
     information: np.ndarray, gradients: np.ndarray, prior: np.ndarray, left: np.ndarray,
     left_gradients: np.ndarray) -> bool: ...

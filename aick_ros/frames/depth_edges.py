@@ -37,7 +37,7 @@ class DepthEdges:
     Points on the near side of the edges.
 
     :param grid: camera of the cells.
-    :param cells: Nx2, column and row of each.
+    :param cells: Nx2 int64, column and row of each.
     :param points: Nx3, in the optical frame [m].
     :param across: Nx2, direction across the edge in the image, to the near side, of length one.
     """
@@ -62,7 +62,7 @@ class DepthEdges:
         rays = np.column_stack([(columns - grid.cx) / grid.fx, (rows - grid.cy) / grid.fy,
                                 np.ones(len(rows))])
         filled = np.where((inverse == 0.0) & (behind < _FAR), behind, inverse)
-        return cls(grid, np.column_stack([columns, rows]), rays * depths[:, None],
+        return cls(grid, np.column_stack([columns, rows]).astype(np.int64), rays * depths[:, None],
                    _gradients(filled, rows, columns))
 
     @cached_property
@@ -71,14 +71,19 @@ class DepthEdges:
         return np.sort(shuffled(len(self.cells))[:_MOST_POINTS])
 
     @cached_property
+    def depths(self) -> np.ndarray:
+        """Depths of the points, N [m]."""
+        return np.ascontiguousarray(self.points[:, 2])
+
+    @cached_property
     def nearest(self) -> np.ndarray:
-        """Of each cell the index of the nearest point, HxW; there is one at least."""
+        """Of each cell the index of the nearest point, HxW int64; there is one at least."""
         columns, rows = self.cells.T
         is_off = np.ones((self.grid.height, self.grid.width), np.uint8)
         is_off[rows, columns] = 0
         _, labels = cv2.distanceTransformWithLabels(
             is_off, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
-        indices = np.empty(len(rows) + 1, np.intp)
+        indices = np.empty(len(rows) + 1, np.int64)
         indices[labels[rows, columns]] = np.arange(len(rows))
         nearest: np.ndarray = indices[labels]
         return nearest

@@ -26,6 +26,7 @@ PyObject *kernel_depth_equations(PyObject *module, PyObject *arguments);
 PyObject *kernel_derivative_squares(PyObject *module, PyObject *arguments);
 PyObject *kernel_describe_points(PyObject *module, PyObject *arguments);
 PyObject *kernel_disc_directions(PyObject *module, PyObject *arguments);
+PyObject *kernel_edge_distances(PyObject *module, PyObject *arguments);
 PyObject *kernel_eliminate(PyObject *module, PyObject *arguments);
 PyObject *kernel_estimate(PyObject *module, PyObject *arguments);
 PyObject *kernel_exp_pose(PyObject *module, PyObject *arguments);

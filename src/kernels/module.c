@@ -22,6 +22,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(derivative_squares),
     KERNEL(describe_points),
     KERNEL(disc_directions),
+    KERNEL(edge_distances),
     KERNEL(eliminate),
     KERNEL(estimate),
     KERNEL(exp_pose),

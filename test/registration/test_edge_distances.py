@@ -18,7 +18,7 @@ GRID = Grid(320, 240, 260.0, 260.0, 159.5, 119.5)
 def outline(points, across):
     """Return edges at the cells that points project to."""
     cells = np.rint(points[:, :2] / points[:, 2:] * (GRID.fx, GRID.fy) + (GRID.cx, GRID.cy))
-    return DepthEdges(GRID, cells.astype(int), points, across)
+    return DepthEdges(GRID, cells.astype(np.int64), points, across)
 
 
 def frame(near=1.5, shift=(0.0, 0.0, 0.0)):
@@ -80,10 +80,22 @@ def test_an_edge_that_hides_the_other_side_is_another_one():
 
 
 def test_edges_that_are_not_seen_say_nothing():
-    nothing = DepthEdges(GRID, np.empty((0, 2), int), np.empty((0, 3)), np.empty((0, 2)))
+    nothing = DepthEdges(GRID, np.empty((0, 2), np.int64), np.empty((0, 3)), np.empty((0, 2)))
     behind = se3.exp([0.0, 0.0, -3.0, 0.0, 0.0, 0.0])
     aside = se3.exp([9.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     for source, target, pose in ((frame(), nothing, np.eye(4)), (nothing, frame(), np.eye(4)),
                                  (frame(), frame(), behind), (frame(), frame(), aside)):
         found = edge_distances(source, target, pose)
         assert len(found.values) == 0 and found.jacobian.shape == (0, 6)
+
+
+@pytest.mark.parametrize('wrong', [-1, 439, np.iinfo(np.int64).max])
+def test_what_is_nearest_has_to_be_an_edge(wrong):
+    edges = frame()
+    edges.__dict__['nearest'] = np.full((GRID.height, GRID.width), wrong, np.int64)
+    assert len(edges.cells) == 439
+    assert len(edge_distances(frame(), edges, np.eye(4)).values) == 0
+
+
+def test_poses_that_are_no_numbers_see_no_edge():
+    assert len(edge_distances(frame(), frame(), np.full((4, 4), np.nan)).values) == 0
