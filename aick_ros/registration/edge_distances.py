@@ -25,7 +25,6 @@ _FEWEST = 10  # points; fewer say nothing
 _SMALLEST_SIGMA = 0.7  # cells; what rounding to a cell and noise leave at least
 _WIDTH = 3.0  # of the robust weights, in standard deviations
 _PER_MEDIAN = 1.4826  # derived: standard deviation of normal noise by its median absolute value
-_BLOCK, _BLOCKS_ACROSS, _FARTHEST = 0.2, 21, 2.0  # on the plane z = 1, as those of other residuals
 
 _NONE = Residuals(np.empty(0), np.empty((0, 6)), np.empty(0), np.empty(0, np.int64))
 
@@ -42,21 +41,15 @@ def edge_distances(source: DepthEdges, target: DepthEdges,
     chosen, count = source.chosen, len(source.chosen)
     if not len(target.cells):
         return _NONE
-    distances, jacobian, rays = np.empty(count), np.empty((count, 6)), np.empty((count, 2))
+    distances, jacobian = np.empty(count), np.empty((count, 6))
+    blocks = np.empty(count, np.int64)
     found = kernels.edge_distances(
         source.points[chosen], source.across[chosen], T_target_source, target.grid.intrinsics,
         target.nearest, target.cells, target.depths, target.across, _REACH, _LARGEST_DEPTH_ERROR,
-        _SMALLEST_COSINE, distances, jacobian, rays)
+        _SMALLEST_COSINE, distances, jacobian, blocks)
     if found < _FEWEST:
         return _NONE
-    distances, jacobian, rays = distances[:found], jacobian[:found], rays[:found]
+    distances = distances[:found]
     sigma = max(_PER_MEDIAN * median(np.abs(distances)), _SMALLEST_SIGMA)
     weights = (1.0 + (distances / (_WIDTH * sigma)) ** 2) ** -2.0
-    return Residuals(distances / sigma, jacobian / sigma, weights, _blocks(rays))
-
-
-def _blocks(rays: np.ndarray) -> np.ndarray:
-    """Return the number of the block of the image that each ray is in."""
-    along = ((np.clip(rays, -_FARTHEST, _FARTHEST) + _FARTHEST) / _BLOCK).astype(np.int64)
-    blocks: np.ndarray = _BLOCKS_ACROSS * along[:, 0] + along[:, 1]
-    return blocks
+    return Residuals(distances / sigma, jacobian[:found] / sigma, weights, blocks[:found])

@@ -6,7 +6,9 @@
 #include <math.h>
 
 #include "arrays.h"
+#include "blocks.h"
 #include "kernels.h"
+#include "vectors.h"
 
 // The edges of the target: their cells and, of each cell of the image, the nearest of them.
 typedef struct {
@@ -50,13 +52,10 @@ static void differentiate(const Edges *edges, const double *normal, const double
                           const double *pose, double *jacobian) {
   const double x = point[0] / point[2], y = point[1] / point[2];
   const double arm[3] = {point[0] - pose[3], point[1] - pose[7], point[2] - pose[11]};
-  jacobian[0] = normal[0] * edges->intrinsics[0] / point[2];
-  jacobian[1] = normal[1] * edges->intrinsics[1] / point[2];
-  jacobian[2] = -(jacobian[0] * x + jacobian[1] * y);
-  for (int k = 0; k < 3; ++k) {
-    const int next = (k + 1) % 3, last = (k + 2) % 3;
-    jacobian[3 + k] = arm[next] * jacobian[last] - arm[last] * jacobian[next];
-  }
+  double slope[3] = {normal[0] * edges->intrinsics[0] / point[2],
+                     normal[1] * edges->intrinsics[1] / point[2]};
+  slope[2] = -(slope[0] * x + slope[1] * y);
+  by_twist(slope, arm, jacobian);
 }
 
 PyObject *kernel_edge_distances(PyObject *module, PyObject *arguments) {
@@ -80,7 +79,7 @@ PyObject *kernel_edge_distances(PyObject *module, PyObject *arguments) {
       {"the other directions", objects[7], 'd', 2 * edges.count, false},
       {"the distances", objects[8], 'd', count, true},
       {"the jacobian", objects[9], 'd', 6 * count, true},
-      {"the rays", objects[10], 'd', 2 * count, true},
+      {"the blocks", objects[10], 'q', count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
@@ -93,20 +92,18 @@ PyObject *kernel_edge_distances(PyObject *module, PyObject *arguments) {
   edges.cells = views[5].buf;
   edges.depths = views[6].buf;
   edges.across = views[7].buf;
-  double *distances = views[8].buf, (*jacobian)[6] = views[9].buf, (*rays)[2] = views[10].buf;
+  double *distances = views[8].buf, (*jacobian)[6] = views[9].buf;
+  int64_t *blocks = views[10].buf;
   Py_ssize_t found = 0;
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < count; ++i) {
     double point[3];
-    for (int k = 0; k < 3; ++k)
-      point[k] = pose[4 * k] * points[i][0] + pose[4 * k + 1] * points[i][1] +
-                 pose[4 * k + 2] * points[i][2] + pose[4 * k + 3];
+    transform(pose, points[i], point);
     const int64_t at = beside(&edges, &same, point, across[i], &distances[found]);
     if (at < 0)
       continue;
     differentiate(&edges, edges.across[at], point, pose, jacobian[found]);
-    rays[found][0] = point[0] / point[2];
-    rays[found++][1] = point[1] / point[2];
+    blocks[found++] = block_at(point[0] / point[2], point[1] / point[2]);
   }
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);

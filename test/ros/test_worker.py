@@ -53,6 +53,16 @@ def wait_for_a_task(queue):
     assert done.wait(PATIENCE)
 
 
+def do_two(worker, queue):
+    """Have a worker do two items."""
+    queue.put('first')
+    queue.put('second')
+    worker.start()
+    while queue.backlog:
+        wait_for_a_task(queue)
+    worker.stop()
+
+
 def test_items_are_done_in_order(gate, start):
     queue = WorkQueue(capacity=100)
     worker = start(queue)
@@ -170,12 +180,7 @@ def test_the_time_at_work_is_counted_and_that_of_waiting_is_not(monkeypatch):
     queue = Slow(capacity=10)
     worker = Worker(queue, work)
     assert worker.busy == (0.0,)
-    queue.put('first')
-    queue.put('second')
-    worker.start()
-    while queue.backlog:
-        wait_for_a_task(queue)
-    worker.stop()
+    do_two(worker, queue)
     assert worker.busy == (6.0,)
 
 
@@ -191,12 +196,7 @@ def test_waits_within_the_work_are_no_work(monkeypatch):
 
     queue = WorkQueue(capacity=10)
     worker = Worker(queue, work, waited=lambda: clock.waited)
-    queue.put('first')
-    queue.put('second')
-    worker.start()
-    while queue.backlog:
-        wait_for_a_task(queue)
-    worker.stop()
+    do_two(worker, queue)
     assert worker.busy == (4.0,)
 
 

@@ -43,7 +43,7 @@ depth_equations d:n,3 d:n,3 d:n,6 d:n d:n %z d:4,4 d:2,6 d:28 d:28 %a %e d:a,e d
 derivative_squares B:h,v
 describe_points B>x,y %z f:4,256 %i f:n,2 d:n B>n,32
 disc_directions B:h,v %b q:r f:n,2 d>n
-edge_distances d:n,3 d:n,2 d:4,4 d:4 q:h,v q:m,2 d:m d:m,2 %f %f %f d>n d>n,6 d>n,2
+edge_distances d:n,3 d:n,2 d:4,4 d:4 q:h,v q:m,2 d:m d:m,2 %f %f %f d>n d>n,6 q>n
 eliminate d:u,u d:k,u d:6,6 d>l,l d>k,l
 estimate d:n,6 d:n d:n q:n d:m,6 d:m d:m q:m d:6,6 %f d:6,6 d:6,6 %f d>6 d>6,6 \
  d>6,6 d>6,6 d>6,6 d>6 d>6,6

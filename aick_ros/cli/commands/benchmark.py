@@ -76,8 +76,9 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     chosen, numbers = methods_of(methods), options.gaps_from(gaps)
     check_target(json, *sources)
     folder = None if plots is None else FigureFolder(plots)
+    damage = DamageLog()
     recordings = _scan([Request(source, limit, max_interval, register_depth, depth_info_topic,
-                                depth_in_colour) for source in sources], damage := DamageLog())
+                                depth_in_colour) for source in sources], damage)
     installed = _installed(chosen)
     figures = paper_figures(None if folder is None else folder.vocabularies)
     plan = Plan(installed, recordings, numbers, pairs, [] if folder is None else variants(figures))
@@ -94,8 +95,7 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
             return _interrupted(json)
         results = Results.of(plan, journal, {**missing, **unusable})
         curves = figure_data(figures, plan, journal)
-        run = {'jobs': jobs, 'time_limit_s': time_limit}
-        _write(json, folder, run, results, curves, reckoning)
+        _write(json, folder, jobs, time_limit, results, curves, reckoning)
         path.unlink(missing_ok=True)
     show_results(results, on_stderr=json == STANDARD_OUTPUT)
     return outcome.of_damage(damage)
@@ -182,11 +182,12 @@ def _frames(source: RgbdSource, interruption: Interruption) -> Iterator[RgbdFram
             return
 
 
-def _write(json: str | None, figures: FigureFolder | None, run: Mapping[str, Any],
+def _write(json: str | None, figures: FigureFolder | None, jobs: int, time_limit: float,
            results: Results, curves: Mapping[str, Any], reckoning: Reckoning | None) -> None:
     """Write what is asked for: the JSON, with the options of the run, and the figures."""
     if json is not None:
-        write_json(json, {**run, **_content(results, curves, reckoning)})
+        write_json(json, {'jobs': jobs, 'time_limit_s': time_limit,
+                          **_content(results, curves, reckoning)})
     if figures is not None:
         figures.write(curves, results.recordings, reckoning)
 

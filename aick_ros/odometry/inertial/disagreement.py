@@ -23,7 +23,7 @@ class Disagreement:
 
     @property
     def is_wrong(self) -> bool:
-        """Contradiction of the camera by most of what the sensor has measured lately."""
+        """Contradiction of the camera in most of the recent comparisons."""
         return self.wrong_for > 0
 
     def note(self, agrees: bool) -> None:
