@@ -174,8 +174,8 @@ def relative_pose(
 def reprojection(
     points: np.ndarray, rays: np.ndarray, sigmas: np.ndarray, pose: np.ndarray,
     ray_sigma: float, robust_width: float, typical: float, largest_ratio: float,
-    values: np.ndarray, jacobian: np.ndarray, weights: np.ndarray,
-    blocks: np.ndarray) -> None: ...
+    truncation: float, smallest_ratio: float, values: np.ndarray, jacobian: np.ndarray,
+    weights: np.ndarray, blocks: np.ndarray) -> None: ...
 def reversed_tracks(
     keypoints: np.ndarray, points: np.ndarray, rays: np.ndarray, depths: np.ndarray,
     sigmas: np.ndarray, sigma: float, exponent: float, reversed_keypoints: np.ndarray,
@@ -205,8 +205,8 @@ def track_steps(
     points: np.ndarray, rays: np.ndarray, sigmas: np.ndarray, depths: np.ndarray,
     pose: np.ndarray, ray_sigma: float, depth_sigma: float, depth_exponent: float,
     robust_widths: np.ndarray, typical_of_rays: float, typical_of_depths: float,
-    largest_ratio: float, weight: float, information: np.ndarray, gradient: np.ndarray,
-    last_step: np.ndarray, result: np.ndarray) -> None: ...
+    largest_ratio: float, truncation: float, smallest_ratio: float, weight: float,
+    information: np.ndarray, gradient: np.ndarray, last_step: np.ndarray, result: np.ndarray) -> None: ...
 def transform(pose: np.ndarray, points: np.ndarray, moved: np.ndarray) -> None: ...
 def undistort_depth(
     image: np.ndarray, nodes: np.ndarray, least: float, undistorted: np.ndarray) -> None: ...

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Whether a sudden motion is that of the camera, or of an object in front of it.
+Whether a motion is that of the camera, or of an object in front of it.
 
 A registration finds the motion that most keypoints share. Where a bus passes, most are on the
-bus: it appears to accelerate the camera by more than the motion model allows, while the street
-behind it keeps its place. Such a motion is checked: the frame is registered once more without the
-keypoints of the first registration, from the pose at constant velocity, and the images decide
-between the two poses.
+bus: it appears to accelerate the camera by more than the motion model allows, or the surfaces of
+the street behind it contradict the motion. Then the frame is registered once more without the
+keypoints of the first registration, from the pose at constant velocity. If keypoints and depth
+agree there, that is the motion of the camera. If not, and the first motion is sudden, the images
+decide between the two poses.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refinement import Refined, Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Evidence, Registration
+from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
 from aick_ros.settings import Settings
 
@@ -40,13 +42,16 @@ _MAJORITY, _MINORITY = 0.6, 0.1
 
 class DynamicObjectCheck:
     """
-    Checks registrations with a sudden motion for objects that move by themselves.
+    Checks registrations for objects that move by themselves.
 
     :param settings: the sensor, and the acceleration noise of the motion model.
+    :param agreement: of the keypoints of the camera with its depth.
     """
 
-    def __init__(self, refinement: Refinement, settings: Settings) -> None:
+    def __init__(self, refinement: Refinement, settings: Settings,
+                 agreement: SensorAgreement) -> None:
         self._refinement = refinement
+        self._agreement = agreement
         self._sensor = settings.sensor
         sigmas = np.array([settings.odometry.acceleration_sigma,
                            settings.odometry.angular_acceleration_sigma])
@@ -63,14 +68,34 @@ class DynamicObjectCheck:
         :param expected: ``T_target_source`` at constant velocity, 4x4.
         :param elapsed: time since the velocity was measured [s].
         """
-        sudden = suddenness(se3.inverse(expected) @ found.T_target_source, elapsed, self._sudden)
-        if (sudden <= 1.0 or source.surface is None or target.surface is None
+        if (source.surface is None or target.surface is None
                 or source.grey.shape != target.grey.shape):
             return found
-        refined = self._without_keypoints_of(found, source, target, expected)
-        prior = np.diag((0.5 * self._prior_sigmas * elapsed ** 2) ** 2)
-        second = fuse(PoseWithCovariance(expected, prior),
-                      PoseWithCovariance(refined.T_target_source, refined.covariance))
+        sudden = suddenness(se3.inverse(expected) @ found.T_target_source, elapsed, self._sudden)
+        is_contradicted = self._agreement.is_lost_by(found, target)
+        if sudden <= 1.0 and not is_contradicted:
+            return found
+        rest = self._without_keypoints_of(found, source, target, expected)
+        if is_contradicted and self._agreement.is_better_by(rest, found):
+            return _of_the_rest(found, self._of_all_near(rest, found, source, target))
+        if sudden <= 1.0:
+            return found
+        return self._by_vote(found, rest, source, target, PoseWithCovariance(
+            expected, np.diag((0.5 * self._prior_sigmas * elapsed ** 2) ** 2)), sudden)
+
+    def _of_all_near(self, rest: Refined, found: Registration, source: PreparedFrame,
+                     target: PreparedFrame) -> Refined:
+        """Return the pose of the rest by all keypoints that agree with it, if it is the same."""
+        near = self._refinement.refine_near(source, target, rest.T_target_source)
+        is_of_the_rest = (is_same(near.T_target_source, rest.T_target_source)
+                          and self._agreement.is_better_by(near, found))
+        return near if is_of_the_rest else rest
+
+    def _by_vote(self, found: Registration, rest: Refined, source: PreparedFrame,
+                 target: PreparedFrame, prior: PoseWithCovariance,
+                 sudden: float) -> Registration:
+        """Return the registration, or the pose of the rest with a prior, as the images vote."""
+        second = fuse(prior, PoseWithCovariance(rest.T_target_source, rest.covariance))
         if is_same(found.T_target_source, second.matrix):
             return found
         vote = pose_vote(source, target, found.T_target_source, second.matrix, self._sensor)
@@ -78,8 +103,8 @@ class DynamicObjectCheck:
             return _doubted(found, second.matrix, vote)
         return dataclasses.replace(
             found, T_target_source=second.matrix, covariance=second.covariance,
-            systematic=np.zeros((6, 6)), matches=found.matches[:0], bias=refined.bias,
-            measure=None, tracks=refined.tracked, support=len(refined.tracked),
+            systematic=np.zeros((6, 6)), matches=found.matches[:0], bias=rest.bias,
+            measure=None, tracks=rest.tracked, support=len(rest.tracked),
             evidence=Evidence.DEPTH,
             reason=f'{found.support} keypoints move by themselves, {vote.second:.0%} of the '
                    'view shows another motion')
@@ -108,6 +133,16 @@ def fuse(prior: PoseWithCovariance, measured: PoseWithCovariance) -> PoseWithCov
     update = KalmanUpdate.of(prior.covariance, np.eye(6), measured.covariance)
     step = update.gain @ se3.difference(measured.matrix, prior.matrix)
     return PoseWithCovariance(se3.perturbed(prior.matrix, step), update.covariance)
+
+
+def _of_the_rest(found: Registration, rest: Refined) -> Registration:
+    """Return a registration with the pose by keypoints with which depth agrees."""
+    return dataclasses.replace(
+        found, T_target_source=rest.T_target_source, covariance=rest.covariance,
+        systematic=rest.systematic, matches=found.matches[:0], bias=rest.bias, measure=None,
+        tracks=rest.tracked, support=len(rest.tracked),
+        reason=f'{found.support} keypoints move by themselves, depth agrees with '
+               f'{len(rest.tracked)} others')
 
 
 def _is_for_second(vote: PoseVote, sudden: float) -> bool:

@@ -9,8 +9,9 @@ is one shelf from the right one, and at a few frames per second a hand may have 
 so far. So a registration far from the motion expected is refined once more, from that motion. If
 the same keypoints confirm both poses, the images do not tell them apart, and the motion model
 does: each is as likely as its acceleration. The variance of the choice adds to the covariance. If
-more keypoints confirm the second pose, it is the right one. If depth contradicts it nevertheless,
-the depth of one of the frames is wrong, and neither pose is believed.
+more keypoints confirm the second pose, it is the right one. So it is if depth agrees with the
+keypoints only there: those of the first one are on an object that moves. If depth contradicts it
+nevertheless, the depth of one of the frames is wrong, and neither pose is believed.
 
 The motion that is expected may be wrong itself, by a mistake in the frame before. So it is taken
 as no more certain than that frame agreed with what had been expected of it.
@@ -28,6 +29,7 @@ from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.refinement.refinement import CONTRADICTION, Refined, Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Evidence, Registration, failed
+from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.status import Status
 from aick_ros.registration.unexpected_motion import (
     NEAR_POSE, is_same, sudden_accelerations, suddenness)
@@ -42,10 +44,13 @@ class RepeatingSceneCheck:
     Checks one camera's registrations, in time order, for scenes that repeat themselves.
 
     :param settings: the acceleration noise of the motion model.
+    :param agreement: of the keypoints of the camera with its depth.
     """
 
-    def __init__(self, refinement: Refinement, settings: OdometrySettings) -> None:
+    def __init__(self, refinement: Refinement, settings: OdometrySettings,
+                 agreement: SensorAgreement) -> None:
         self._refinement = refinement
+        self._agreement = agreement
         self._sudden = sudden_accelerations(settings)
         self._sigmas = np.repeat(
             [settings.acceleration_sigma, settings.angular_acceleration_sigma], 3)
@@ -83,6 +88,9 @@ class RepeatingSceneCheck:
         other = self._refinement.refine(source, target, expected)
         if is_same(found.T_target_source, other.T_target_source):
             return found
+        if (self._agreement.is_lost_by(found, target)
+                and self._agreement.is_better_by(other, found)):
+            return _replaced(found, other)
         confirming = FEWEST_TO_CONFIRM if found.tracks is None else found.support
         if other.is_contradicted and len(other.tracked) > confirming:
             return failed(Status.TOO_FEW_MATCHES, CONTRADICTION)

@@ -24,6 +24,7 @@ from aick_ros.registration.refinement.refinement import CONTRADICTION, Refined, 
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.repeating_scene import RepeatingSceneCheck
 from aick_ros.registration.result import Registration, failed
+from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.registration.tracked_keypoints import SHARE_TRACKED, TrackedKeypoints
@@ -61,8 +62,10 @@ class VerifiedAick:
         self._times = times
         self._most_tracks = settings.refinement.max_tracks
         self._refinement = Refinement(settings.refinement, settings.sensor, noise, misalignment)
-        self._repeating_scene = RepeatingSceneCheck(self._refinement, settings.odometry)
-        self._dynamic_objects = DynamicObjectCheck(self._refinement, settings)
+        agreement = SensorAgreement(noise)
+        self._repeating_scene = RepeatingSceneCheck(
+            self._refinement, settings.odometry, agreement)
+        self._dynamic_objects = DynamicObjectCheck(self._refinement, settings, agreement)
         self._tracked_keypoints = TrackedKeypoints(settings, self._refinement)
         alpha, iterations = _SLOW_SCHEDULE
         self._slow_aick = Aick(dataclasses.replace(settings.aick, alpha=alpha,

@@ -105,7 +105,8 @@ static inline void write_rows(Column *rows, const Seen *seen, int count, double 
 // Two residuals of a track: the first coordinates of all tracks come before the second ones.
 FOR_EACH_PROCESSOR
 static void reproject(const Tracks *tracks, const double *pose, double noise,
-                      const Robustness *robustness, Residuals *to) {
+                      const Robustness *robustness, const Truncation *truncation,
+                      Residuals *to) {
   const Py_ssize_t all = tracks->count;
   for (Py_ssize_t first = 0; first < all; first += BATCH) {
     const int count = all - first < BATCH ? (int)(all - first) : BATCH;
@@ -124,7 +125,7 @@ static void reproject(const Tracks *tracks, const double *pose, double noise,
       write_rows(rows[i], &seen, count, to->values + i * all + first,
                  to->jacobian + i * all + first);
   }
-  weigh_pairs(to->values, all, robustness, to->weights);
+  weigh_pairs(to->values, all, robustness, truncation, to->weights);
 }
 
 // A residual of each track that the target measures a depth of; return how many they are.
@@ -153,10 +154,11 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
   PyObject *value_array, *jacobian_array, *weight_array, *block_array;
   double noise;
   Robustness robustness;
-  if (!PyArg_ParseTuple(arguments, "OOOOddddOOOO", &point_array, &ray_array, &sigma_array,
+  Truncation truncation;
+  if (!PyArg_ParseTuple(arguments, "OOOOddddddOOOO", &point_array, &ray_array, &sigma_array,
                         &pose_array, &noise, &robustness.width, &robustness.typical,
-                        &robustness.most, &value_array, &jacobian_array, &weight_array,
-                        &block_array))
+                        &robustness.most, &truncation.most, &truncation.least, &value_array,
+                        &jacobian_array, &weight_array, &block_array))
     return NULL;
   const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
@@ -176,7 +178,7 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
   const Tracks tracks = {views[0].buf, views[1].buf, views[2].buf, NULL, count};
   Residuals residuals = {views[4].buf, views[5].buf, views[6].buf, views[7].buf};
   Py_BEGIN_ALLOW_THREADS
-  reproject(&tracks, views[3].buf, noise, &robustness, &residuals);
+  reproject(&tracks, views[3].buf, noise, &robustness, &truncation, &residuals);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
@@ -220,6 +222,7 @@ PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
 typedef struct {
   double ray_noise, depth_noise, depth_exponent, weight;
   Robustness rays, depths;
+  Truncation truncation;
 } Weighting;
 
 // Set the normal equations of both kinds of residuals and of others, with memory for a row of a
@@ -230,7 +233,7 @@ static void sum_up(const Tracks *tracks, const double *pose, const Weighting *by
   const Py_ssize_t rows = 2 * tracks->count;
   Residuals residuals = {memory, (double(*)[6])(memory + rows), memory + 7 * rows, NULL};
   double sums[36] = {0}, slopes[6] = {0};
-  reproject(tracks, pose, by->ray_noise, &by->rays, &residuals);
+  reproject(tracks, pose, by->ray_noise, &by->rays, &by->truncation, &residuals);
   add_equations(*residuals.jacobian, residuals.values, residuals.weights, rows, sums, slopes);
   const Py_ssize_t found = compare_depths(tracks, pose, by->depth_noise, by->depth_exponent,
                                           &by->depths, &residuals);
@@ -253,11 +256,11 @@ static void solve_step(double *information, const double *gradient, double *step
 PyObject *kernel_track_steps(PyObject *module, PyObject *arguments) {
   PyObject *objects[10];
   Weighting by;
-  if (!PyArg_ParseTuple(arguments, "OOOOOdddOddddOOOO", &objects[0], &objects[1], &objects[2],
+  if (!PyArg_ParseTuple(arguments, "OOOOOdddOddddddOOOO", &objects[0], &objects[1], &objects[2],
                         &objects[3], &objects[4], &by.ray_noise, &by.depth_noise,
                         &by.depth_exponent, &objects[5], &by.rays.typical, &by.depths.typical,
-                        &by.rays.most, &by.weight, &objects[6], &objects[7], &objects[8],
-                        &objects[9]))
+                        &by.rays.most, &by.truncation.most, &by.truncation.least, &by.weight,
+                        &objects[6], &objects[7], &objects[8], &objects[9]))
     return NULL;
   by.depths.most = by.rays.most;
   const Py_ssize_t count = row_count(objects[0]), steps = row_count(objects[5]);

@@ -116,7 +116,8 @@ def test_the_accumulated_covariance_shrinks_when_a_place_is_seen_again(walked):
     assert along_correction[-1] < 1.1
     if int(cv2.__version__.split('.')[0]) >= 5:  # by keypoints of OpenCV 4 fewer places are found
         assert (others[-1] < 0.8).all()
-        assert (along_correction < 0.9).all()
+        # what is left of the correction becomes less from frame to frame
+        assert (np.diff(along_correction) < 0.0).all() and along_correction[-1] < 1.0
 
 
 def lookalike_room():

@@ -16,10 +16,12 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck, _is_for_second, fuse
 from aick_ros.registration.pose_vote import PoseVote
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.refinement import Refined, Refinement
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence
+from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -58,7 +60,8 @@ def pair(frames, changes=None):
 
 
 def opinion(settings=Settings()):
-    return DynamicObjectCheck(Refinement(settings.refinement, settings.sensor), settings)
+    return DynamicObjectCheck(Refinement(settings.refinement, settings.sensor), settings,
+                              SensorAgreement(MeasuredNoise()))
 
 
 def off(pose, truth):
@@ -237,7 +240,14 @@ class Played:
         self.settings, self.opinion = Settings(), opinion()
         self.opinion._refinement = SimpleNamespace(
             refine=lambda *of: self.refined.append(of) or self.answers[len(self.refined) - 1],
+            refine_near=lambda *of: self.near.append(of) or self.nearer,
             first_tracks=SimpleNamespace(of_some=lambda *of: ('known tracks', *of)))
+        self.near, self.nearer = [], self.answers[0]
+        self.lost_by, self.better = [], []  # what agreement is asked for, and answers about it
+        self.is_lost = False
+        self.opinion._agreement = SimpleNamespace(
+            is_lost_by=lambda *of: self.lost_by.append(of) or self.is_lost,
+            is_better_by=lambda *of: self.better.pop(0))
         self.source, self.target = (made.prepared(stamp, surface='a surface')
                                     for stamp in (2, 1))
         tracks = made.tracks(20)
@@ -370,3 +380,61 @@ def test_what_is_checked_is_sudden_by_the_motion_model(play, factor, is_checked)
         played.found, T_target_source=EXPECTED @ se3.exp([factor * limit, 0, 0, 0, 0, 0]))
     played.check()
     assert bool(played.refined) == is_checked
+
+
+SLIGHTLY = np.array([0.06, 0.02, 0.0, 0.01, 0.02, 0.01])
+"""Error of a registration that is not sudden."""
+
+
+def contradicted(play, made, *better, error=SLIGHTLY, nearer=(0.0, 70)):
+    """Return a check of a registration that depth contradicts, by whether others are better."""
+    played = play()
+    played.is_lost, played.better = True, list(better)
+    away, tracked = nearer
+    played.nearer = dataclasses.replace(
+        made.refined(tracked, bias='bias of all', measure=pytest.fail),
+        T_target_source=played.answers[0].T_target_source @ se3.exp([away, 0, 0, 0, 0, 0]))
+    played.found = dataclasses.replace(played.found,
+                                       T_target_source=se3.perturbed(EXPECTED, error))
+    return played
+
+
+@pytest.mark.parametrize('error', [SLIGHTLY, AWAY], ids=['slow', 'sudden'])
+def test_where_depth_contradicts_keypoints_those_that_agree_with_it_decide(play, made, error):
+    """However slow the motion is; all keypoints near the pose of the rest make it better."""
+    played = contradicted(play, made, True, True, error=error)
+    checked = played.check()
+    assert played.lost_by == [(played.found, played.target)] and not played.voted
+    (source, target, pose), = played.near
+    assert source is played.source and target is played.target
+    assert pose is played.answers[0].T_target_source
+    nearer = played.nearer
+    assert checked.T_target_source is nearer.T_target_source
+    assert checked.covariance is nearer.covariance and checked.systematic is nearer.systematic
+    assert checked.tracks is nearer.tracked and checked.support == 70
+    assert checked.bias == 'bias of all' and checked.measure is None
+    assert checked.matches.shape == (0, 2) and checked.evidence is Evidence.KEYPOINTS
+    assert checked.reason == '70 keypoints move by themselves, depth agrees with 70 others'
+
+
+@pytest.mark.parametrize('away, is_better, is_taken', [
+    (0.014, True, True), (0.016, True, False), (0.0, False, False)])
+def test_all_keypoints_count_if_they_lead_to_the_same_pose(play, made, away, is_better, is_taken):
+    """Within 15 mm, and if depth agrees with them as well."""
+    played = contradicted(play, made, True, is_better, nearer=(away, 70))
+    taken = played.nearer if is_taken else played.answers[0]
+    assert played.check().T_target_source is taken.T_target_source
+
+
+@pytest.mark.parametrize('error, is_voted_on', [(SLIGHTLY, False), (AWAY, True)])
+def test_where_no_others_agree_the_view_decides_on_sudden_motions(play, made, error, is_voted_on):
+    played = contradicted(play, made, False, error=error)
+    checked = played.check()
+    assert bool(played.voted) == is_voted_on and not played.near
+    assert (checked is played.found) != is_voted_on
+
+
+def test_a_motion_that_depth_does_not_contradict_is_not_refined_again(play, made):
+    played = contradicted(play, made)
+    played.is_lost = False
+    assert played.check() is played.found and not played.refined

@@ -13,10 +13,12 @@ import pytest
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.repeating_scene import RepeatingSceneCheck
 from aick_ros.registration.result import Evidence
+from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 
@@ -26,6 +28,7 @@ DEPTH, PERIOD = 2.0, 0.4  # of the wall [m]
 MOVED = 0.03  # m
 TRUTH = se3.exp([MOVED, 0, 0, 0, 0, 0])
 ONE_ON = se3.exp([PERIOD, 0, 0, 0, 0, 0])
+AGREEMENT = SensorAgreement(MeasuredNoise())
 SLOW = 0.25  # s between frames: an acceleration of 3 m/s^2 moves a camera by 9.4 cm
 
 
@@ -65,7 +68,7 @@ def error(pose, truth):
 
 def check(refinement=None):
     return RepeatingSceneCheck(refinement or Refinement(SETTINGS.refinement, SETTINGS.sensor),
-                               SETTINGS.odometry).check
+                               SETTINGS.odometry, AGREEMENT).check
 
 
 @pytest.mark.parametrize('elapsed', [1 / 30, SLOW])
@@ -106,7 +109,7 @@ def test_the_acceleration_that_is_noted_explains_the_deviation(views, interval):
     source, target, found = views
     frame = dataclasses.replace(source.frame, stamp=target.stamp + round(1e9 * interval))
     source = dataclasses.replace(source, frame=frame)
-    scene = RepeatingSceneCheck(None, SETTINGS.odometry)
+    scene = RepeatingSceneCheck(None, SETTINGS.odometry, AGREEMENT)
     first = scene.check_first(found(TRUTH), source, target)
     np.testing.assert_allclose(0.5 * scene._last[1] * interval ** 2,
                                se3.difference(first.T_target_source, np.eye(4)), atol=1e-12)
@@ -163,7 +166,7 @@ def test_a_motion_that_begins_with_a_slip_does_not_go_on_slipping(views):
     """The first motion seems to be one period a frame; the next frame is right, and is kept."""
     source, target, found = views
     tester = RepeatingSceneCheck(Refinement(SETTINGS.refinement, SETTINGS.sensor),
-                                 SETTINGS.odometry)
+                                 SETTINGS.odometry, AGREEMENT)
     before = dataclasses.replace(source, frame=dataclasses.replace(
         source.frame, stamp=target.stamp - round(1e9 * SLOW)))
     slipped = dataclasses.replace(found(TRUTH), T_target_source=se3.inverse(ONE_ON))
@@ -207,7 +210,10 @@ class Played:
             T_target_source=se3.perturbed(EXPECTED, np.asarray(beside)))
         self.measured = 0
         self.scene = RepeatingSceneCheck(SimpleNamespace(
-            refine=lambda *given: self.asked.append(given) or self.other), SETTINGS.odometry)
+            refine=lambda *given: self.asked.append(given) or self.other), SETTINGS.odometry,
+            SimpleNamespace(is_lost_by=lambda *of: self.lost_by.append(of) or self.is_lost,
+                            is_better_by=lambda *of: self.better_by.append(of) or self.is_better))
+        self.lost_by, self.better_by, self.is_lost, self.is_better = [], [], False, True
         self.target, self.source = made.prepared(10 ** 9), made.prepared(11 * 10 ** 8)
 
     def _measure(self):
@@ -280,6 +286,25 @@ def test_of_two_poses_the_covariance_has_the_variance_of_the_choice(made, beside
     assert checked.T_target_source is found.T_target_source
     assert checked.reason == ('as told; the scene repeats itself after '
                               f'{np.linalg.norm(difference[:3]):.2f} m')
+
+
+@pytest.mark.parametrize('is_lost, is_better', [(True, True), (True, False), (False, True)])
+def test_a_pose_where_keypoints_and_depth_agree_replaces_one_where_they_do_not(
+        made, is_lost, is_better):
+    """However few keypoints confirm it, and however unlikely the motion expected is."""
+    played = Played(made, AWAY + 0.3, tracked=20)
+    played.is_lost, played.is_better = is_lost, is_better
+    found = played.found()
+    checked = played.check(found, 0.4)
+    assert played.lost_by == [(found, played.target)]
+    assert played.better_by == ([(played.other, found)] if is_lost else [])
+    if is_lost and is_better:
+        assert checked.T_target_source is played.other.T_target_source
+        assert checked.covariance is played.other.covariance
+        assert checked.tracks is played.other.tracked and checked.support == 20
+        assert checked.reason == 'as told; 20 tracked where the motion continues'
+    else:
+        assert checked.T_target_source is found.T_target_source
 
 
 def test_a_far_likelier_pose_replaces_all_of_a_registration(made):

@@ -87,7 +87,7 @@ predict_gravity d:12 d:12,12 %f d:3 d:3 d:3,3 d:3,3 d:3,3 %f %f d>12 d>12,12
 project d:n,3 d:28 d>n,2
 propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
 relative_pose d:4,4 d:6,6 d:4,4 d:6,6 %f d>4,4 d>6,6
-reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
+reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
 reversed_tracks q:n d:n,3 d:n,2 d:n d:n %f %f q>n d>n,3 d>n,2 d>n d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
 shrink B:h,v B>h,v
@@ -97,7 +97,7 @@ spread d:n,2 %f q>k
 stamp_errors d:4,4 d:6 d:6 d:6 %f %f %f d>6,6
 to_quaternion d:3,3 d>4
 track_depth d:n,3 d:n,2 d:n d:4,4 %f %f %f %f %f d>n d>n,6 d>n q>n
-track_steps d:n,3 d:n,2 d:n d:n d:4,4 %f %f %f d:k %f %f %f %f d:6,6 d:6 d>6 d>4,4
+track_steps d:n,3 d:n,2 d:n d:n d:4,4 %f %f %f d:k %f %f %f %f %f %f d:6,6 d:6 d>6 d>4,4
 transform d:4,4 d:n,3 d>n,3
 undistort_depth f:h,v d:n,k %f f>h,v
 valid_depth f:h,v %f %f f>h,v

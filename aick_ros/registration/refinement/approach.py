@@ -22,7 +22,7 @@ from aick_ros.settings import RefinementSettings, SensorSettings
 _COUNT = 60  # chosen: keypoints that are tracked at first
 _NEAR = 3.0  # px; chosen: error of those that are sought at full resolution alone
 _SHARE_NEAR = 0.5  # chosen: share of the tracks that confirm a pose
-_WIDTHS = 3.0, 1.0, 1.0
+_WIDER = 3.0, 1.0, 1.0
 """Robust widths of the steps to the pose, as ratios to that of the settings. Chosen."""
 
 
@@ -33,7 +33,7 @@ class Approach:
                  sensor: SensorSettings) -> None:
         self._tracker = tracker
         self._track_sigma = settings.track_sigma
-        self._widths = settings.robust_width * np.array(_WIDTHS)
+        self._width = settings.robust_width
         self._sensor = sensor
 
     def nearer(self, source: PreparedFrame, target: PreparedFrame,
@@ -47,8 +47,9 @@ class Approach:
         tracks = self._tracker.track_few(target, source, first, _COUNT)
         if len(tracks) < FEWEST_TO_CONFIRM:
             return None
-        pose, _ = track_steps(tracks, first, self._track_sigma / source.frame.camera.fx,
-                              self._sensor, self._widths, 1.0, NormalEquations.of((), PRIOR))
+        pose, _ = track_steps(
+            tracks, first, self._track_sigma / source.frame.camera.fx, self._sensor, self._width,
+            _WIDER, 1.0, NormalEquations.of((), PRIOR))
         return se3.inverse(pose) if self._agree(tracks, pose, source) else None
 
     @staticmethod

@@ -175,6 +175,14 @@ class MeasuredNoise:
         return replaced(self._average(_range_of(motion)).noise(motion),
                         keypoint_scatter=of_keypoints, depth_scatter=of_depth)
 
+    def usual_bias(self, motion: float) -> float:
+        """
+        Return the normalised square of the bias that registrations usually show.
+
+        :param motion: mean displacement of the tracks in the image [px].
+        """
+        return math.exp(self._average(_range_of(motion)).normalised)
+
     def learn(self, sample: NoiseSample) -> None:
         """Add one registration to the averages."""
         at = _range_of(sample.motion)

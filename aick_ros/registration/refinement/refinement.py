@@ -230,10 +230,11 @@ class _Problem:
     def step(self, pose: np.ndarray, coarse: bool) -> tuple[np.ndarray, np.ndarray]:
         """Return the pose after a Gauss-Newton step and the step; coarse: by keypoints, if any."""
         by_depth = () if coarse and len(self._tracks) else self._of_depth(pose, self._sparseness)
-        width = (_COARSE_WIDTH if coarse else 1.0) * self._settings.robust_width
+        wider = _COARSE_WIDTH if coarse else 1.0
         weight = 1 / self._noise.keypoints / self._sparseness  # as depth has fewer points
-        return track_steps(self._tracks, pose, self._ray_sigma, self._sensor, np.array([width]),
-                           weight, NormalEquations.of(by_depth, PRIOR))
+        return track_steps(self._tracks, pose, self._ray_sigma, self._sensor,
+                           self._settings.robust_width, [wider], weight,
+                           NormalEquations.of(by_depth, PRIOR))
 
     def finish(self, pose: np.ndarray) -> Refined:
         """

@@ -9,6 +9,10 @@ At most half of them are outliers. The robust weights are those of the cost of G
 enlarge all residuals of some pairs of frames. The width grows with their median, so that a few
 consistent residuals cannot outweigh the rest.
 
+Tracks may be on an object that moves by itself and has most of the keypoints. There the smallest
+third of the residuals tells what is noise: what is far beyond it has no weight, so that an object
+does not carry the pose with it.
+
 The Jacobians are with respect to the pose error of :mod:`aick_ros.geometry.se3`: [R p] becomes
 [exp(theta) R, p + delta], columns (delta, theta).
 """
@@ -16,7 +20,7 @@ The Jacobians are with respect to the pose error of :mod:`aick_ros.geometry.se3`
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from statistics import NormalDist
 
@@ -43,6 +47,13 @@ _LEAST_CURVATURE = 0.2
 """Smallest ratio of :func:`curvature`; chosen: noise has 0.57 at least, and outliers alone any."""
 
 _LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of their noise
+_SMALLEST_SCALE = 0.25
+"""Likewise, of tracks of which those that are far off are on an object that moves by itself.
+
+Chosen on rendered rooms through which a board passes: with 0.5 it moves a camera at rest by twice
+as much; on two excerpts of real recordings and twelve rendered ones trajectories are the same."""
+
+_OTHER_MOTION = 3.0  # chosen: robust widths from which on a track is another motion's
 MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
 """Median of chi-square with one degree of freedom; derived."""
 
@@ -148,23 +159,27 @@ def curvature(kinds: Iterable[Residuals]) -> float:
     return max(1.0 - lost / total, _LEAST_CURVATURE) if total else 1.0
 
 
-def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
-                 width: float) -> Residuals:
+def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float, width: float,
+                 wider: float = 1.0) -> Residuals:
     """
     Return the reprojection errors of the tracks.
 
     Their noise is that of the image and, along the epipolar line, that of the source's depth.
+    Tracks so far off that they must be on an object that moves by itself have no weight.
 
     :param ray_sigma: standard deviation of a track on the plane z = 1.
     :param width: of the robust weights, in standard deviations.
+    :param wider: how many times as wide they are. What is another motion's is so by the width
+        itself.
     :returns: two residuals per track: the first coordinates of all, then the second ones.
     """
     count = len(tracks)
     values, jacobian, weights = np.empty(2 * count), np.empty((2 * count, 6)), np.empty(2 * count)
     blocks = np.empty(2 * count, np.int64)
     kernels.reprojection(
-        tracks.points, tracks.rays, tracks.sigmas, T_target_source, ray_sigma, width,
-        _MEDIAN_2, _LARGEST_SCALE ** 2, values, jacobian, weights, blocks)
+        tracks.points, tracks.rays, tracks.sigmas, T_target_source, ray_sigma, wider * width,
+        _MEDIAN_2, _LARGEST_SCALE ** 2, _OTHER_MOTION * width, _SMALLEST_SCALE ** 2, values,
+        jacobian, weights, blocks)
     return Residuals(values, jacobian, weights, blocks, dimensions=2)
 
 
@@ -186,14 +201,15 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
 
 
 def track_steps(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
-                sensor: SensorSettings, widths: np.ndarray, weight: float,
+                sensor: SensorSettings, width: float, wider: Sequence[float], weight: float,
                 others: NormalEquations) -> tuple[np.ndarray, np.ndarray]:
     """
     Return a pose after Gauss-Newton steps by both kinds of residuals of tracks, and the last step.
 
     They are those of :func:`reprojection` and :func:`track_depth`.
 
-    :param widths: of the robust weights in each step.
+    :param width: of the robust weights, in standard deviations.
+    :param wider: how many times as wide they are in each step.
     :param weight: of these residuals.
     :param others: what is added to their normal equations; with them they are definite.
     :returns: 4x4, and 6.
@@ -201,9 +217,9 @@ def track_steps(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     step, pose = np.empty(6), np.empty((4, 4))
     kernels.track_steps(
         tracks.points, tracks.rays, tracks.sigmas, tracks.depths, T_target_source,
-        ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, widths,
-        _MEDIAN_2, MEDIAN_1, _LARGEST_SCALE ** 2, weight, others.information, others.gradient,
-        step, pose)
+        ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0,
+        width * np.array(wider), _MEDIAN_2, MEDIAN_1, _LARGEST_SCALE ** 2, _OTHER_MOTION * width,
+        _SMALLEST_SCALE ** 2, weight, others.information, others.gradient, step, pose)
     return pose, step
 
 

@@ -147,10 +147,10 @@ def assert_others(told, kinds):
 def test_a_step_is_by_keypoints_first_and_then_by_both(tell, coarse):
     told = tell()
     assert told.problem.step(POSE, coarse) == ('a pose', 'a step')
-    tracks, pose, sigma, sensor, widths, weight, _ = told.given['track_steps']
+    tracks, pose, sigma, sensor, width, wider, weight, _ = told.given['track_steps']
     assert tracks is told.tracks and pose is POSE and sensor is SETTINGS.sensor
     assert sigma == SETTINGS.refinement.track_sigma / OTHER.fx and weight == 1 / 3.0 / 4
-    assert widths.tolist() == [SETTINGS.refinement.robust_width * (3.0 if coarse else 1.0)]
+    assert width == SETTINGS.refinement.robust_width and wider == [3.0 if coarse else 1.0]
     assert_others(told, [] if coarse else told.kinds()[1])
 
 
@@ -177,7 +177,7 @@ def test_steps_take_some_points_of_depth_as_if_they_were_all_and_the_last_one_al
     told = tell(points=points)
     told.problem.step(POSE, False)
     assert told.given['point_to_plane'][-1] == every
-    assert told.given['track_steps'][5] == 1 / 3.0 / every
+    assert told.given['track_steps'][6] == 1 / 3.0 / every
     told.problem.finish(POSE)
     assert told.given['point_to_plane'][-1] == 1
 

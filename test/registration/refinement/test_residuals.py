@@ -335,14 +335,14 @@ def geman_mcclure(squares, width):
     return 1 / (1 + squares / width ** 2) ** 2
 
 
-def robust_weights(squares, width, typical):
+def robust_weights(squares, width, typical, truncation=1e9, least=1.0):
     """Return the weights of reprojection errors with such squares, of an exact camera at rest."""
     count = len(squares)
     points = np.column_stack([np.sqrt(squares), np.zeros(count), np.ones(count)])
     weights = np.empty((2, count))
     kernels.reprojection(points, np.zeros((count, 2)), np.zeros(count), np.eye(4), 1.0, width,
-                         typical, 16.0, np.empty(2 * count), np.empty((2 * count, 6)), weights,
-                         np.empty(2 * count, int))
+                         typical, 16.0, truncation, least, np.empty(2 * count),
+                         np.empty((2 * count, 6)), weights, np.empty(2 * count, int))
     np.testing.assert_array_equal(weights[0], weights[1])
     return weights[0]
 
@@ -388,6 +388,37 @@ def test_weights_are_the_same_whatever_makes_all_residuals_larger(dimensions):
                                atol=0.01)
     assert robust_weights(1e4 * squares, WIDTH, median).mean() < 0.1  # beyond the largest scale
     assert robust_weights(squares[:0], WIDTH, median).shape == (0,)
+
+
+@pytest.mark.parametrize('scale', [0.05, 0.2, 0.5, 1.0, 3.0, 10.0])
+@pytest.mark.parametrize('others', [0.0, 0.5, 0.69])
+def test_what_is_far_beyond_the_smallest_third_has_no_weight(scale, others):
+    """It is of another motion, if most are, too; the scale is a fifth of the noise at least."""
+    rng = np.random.default_rng(1)
+    squares = scale ** 2 * rng.chisquare(2, 2000)
+    squares[rng.uniform(size=len(squares)) < others] *= 1e4
+    third = np.sort(squares)[600] / stats.chi2.ppf(0.3, 2)
+    most = 36.0 * max(third, 0.04)
+    weights = robust_weights(squares, WIDTH, np.inf, truncation=6.0, least=0.04)
+    np.testing.assert_allclose(weights, np.where(
+        squares > most, 0.0, geman_mcclure(squares, WIDTH)), rtol=1e-9)
+    assert bool(others) == bool(np.mean(weights == 0.0) > 0.4)
+
+
+def test_tracks_on_an_object_do_not_move_a_pose():
+    """Two of three are on a board that has moved by 6 px, and not one of a hundred of the rest."""
+    rng, count = np.random.default_rng(5), 90
+    points = rng.uniform([-1, -1, 2], [1, 1, 4], (count, 3))
+    rays = se3.transform(POSE, points)
+    rays = np.ascontiguousarray(rays[:, :2] / rays[:, 2:])
+    rays += 0.05 * RAY_SIGMA * rng.standard_normal(rays.shape)
+    rays[:60, 0] += 10 * RAY_SIGMA
+    tracks = Tracks(np.arange(count), points, rays, np.full(count, np.nan), np.zeros(count))
+    pose, _ = track_steps(tracks, POSE, RAY_SIGMA, SENSOR, WIDTH, [3.0, 1.0], 1.0,
+                          NormalEquations.of((), 1e-6 * np.eye(6)))
+    assert np.abs(se3.difference(pose, POSE)).max() < 3e-4
+    weights = reprojection(tracks, pose, RAY_SIGMA, WIDTH).weights[:count]
+    assert not weights[:60].any() and weights[60:].min() > 0.9
 
 
 @pytest.mark.parametrize('count', [1, 2, 3, 4, 7, 8, 51, 52])
@@ -450,16 +481,16 @@ def test_normal_equations_solve_the_weighted_least_squares():
 
 
 @pytest.mark.parametrize('count', [0, 1, 50])
-@pytest.mark.parametrize('widths', [[WIDTH], [3 * WIDTH, WIDTH, 2 * WIDTH]])
-def test_steps_by_tracks_are_those_of_both_kinds_of_residuals_and_of_others(count, widths):
+@pytest.mark.parametrize('wider', [[1.0], [3.0, 1.0, 2.0]])
+def test_steps_by_tracks_are_those_of_both_kinds_of_residuals_and_of_others(count, wider):
     tracks = tracks_of(0.01, count)
     tracks.depths[::3] = np.nan
     others = NormalEquations.of([random_residuals(np.random.default_rng(6), 20)], np.eye(6))
-    pose, step = track_steps(tracks, np.eye(4), RAY_SIGMA, SENSOR, np.array(widths), 0.4, others)
+    pose, step = track_steps(tracks, np.eye(4), RAY_SIGMA, SENSOR, WIDTH, wider, 0.4, others)
     expected = np.eye(4)
-    for width in widths:
-        kinds = (reprojection(tracks, expected, RAY_SIGMA, width),
-                 track_depth(tracks, expected, SENSOR, width))
+    for ratio in wider:
+        kinds = (reprojection(tracks, expected, RAY_SIGMA, WIDTH, ratio),
+                 track_depth(tracks, expected, SENSOR, ratio * WIDTH))
         information = sum((kind.jacobian.T * kind.weights) @ kind.jacobian for kind in kinds)
         gradient = sum((kind.jacobian.T * kind.weights) @ kind.values for kind in kinds)
         last = -np.linalg.solve(others.information + 0.4 * information,
@@ -471,7 +502,7 @@ def test_steps_by_tracks_are_those_of_both_kinds_of_residuals_and_of_others(coun
 
 def test_equations_that_are_not_definite_have_no_step():
     none = NormalEquations.of([])
-    pose, step = track_steps(tracks_of(count=0), POSE, RAY_SIGMA, SENSOR, np.ones(1), 1.0, none)
+    pose, step = track_steps(tracks_of(count=0), POSE, RAY_SIGMA, SENSOR, WIDTH, [1.0], 1.0, none)
     assert np.isnan(step).all() and np.isnan(pose[:3]).all()
 
 
@@ -480,7 +511,7 @@ def test_steps_by_tracks_have_a_row_for_each_track(name):
     tracks = tracks_of()
     short = dataclasses.replace(tracks, **{name: getattr(tracks, name)[1:]})
     with pytest.raises(ValueError, match=f'the {name} has .* numbers: .* are required'):
-        track_steps(short, POSE, RAY_SIGMA, SENSOR, np.ones(1), 1.0, NormalEquations.of([]))
+        track_steps(short, POSE, RAY_SIGMA, SENSOR, WIDTH, [1.0], 1.0, NormalEquations.of([]))
 
 
 @pytest.mark.parametrize('name', ['a room', 'a wall'])
