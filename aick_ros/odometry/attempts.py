@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -24,6 +25,12 @@ from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
+
+_SHARE_RECOGNISED = 0.12
+"""Share of the keypoints that must be tracked where nothing is known of the motion.
+
+Chosen on eight rendered rooms: of pairs of views of two rooms, which have furniture alike, 0.3 %
+are registered instead of 4.5 %, of those that overlap 97 % as before."""
 
 KnownViews = Callable[[Reference, np.ndarray], Sequence[KnownView]]
 """Returns the views beside a reference, by it and the pose expected of a frame in it, 4x4."""
@@ -54,6 +61,8 @@ class Attempts:
     def __init__(self, settings: Settings, registrar: Registrar,
                  expected: ExpectedMotion) -> None:
         self._min_matches = settings.odometry.min_matches
+        self._max_turn_rate = settings.odometry.max_turn_rate
+        self._most_tracks = settings.refinement.max_tracks
         self._motion_model = MotionModel(settings.odometry)
         self._registrar = registrar
         self._expected = expected
@@ -124,9 +133,10 @@ class Attempts:
             expected, at_constant_velocity = (
                 None if each is None else _expected(reference, references.last, each)
                 for each in (motion, steady))
-            yield self._checked(prepared, reference, self._registrar.register(
+            attempt = self._checked(prepared, reference, self._registrar.register(
                 prepared, reference.prepared, expected, unconfirmed, at_constant_velocity,
                 tracked if reference is references.keyframe else None))
+            yield attempt if motion is not None else self._recognised(attempt, prepared)
 
     def _by_depth(self, prepared: PreparedFrame, references: References,
                   motion: PoseWithCovariance, confirmed: int,
@@ -148,6 +158,23 @@ class Attempts:
                                             reference.loss.twist)
         increment = Increment(joined.pose, seconds(reference.stamp, prepared.stamp))
         return Attempt(reference, seen, joined, increment, *self._check(joined, increment))
+
+    def _recognised(self, attempt: Attempt, prepared: PreparedFrame) -> Attempt:
+        """
+        Return an attempt without an expected motion; failed if it may well be of another place.
+
+        After so long that the camera may have turned in any direction, limits of the motion
+        exclude nothing. A few keypoints of another place are always somewhat alike.
+        """
+        interval, count = attempt.increment.interval, attempt.registration.support
+        sought = min(len(prepared.keypoints), self._most_tracks)
+        if (not attempt.status.ok or attempt.registration.tracks is None
+                or interval * self._max_turn_rate < math.pi
+                or count >= _SHARE_RECOGNISED * sought):
+            return attempt
+        return replace(attempt, status=Status.TOO_FEW_MATCHES, reason=(
+            f'{count} of {sought} keypoints tracked, too few to tell the place after '
+            f'{interval:.1f} s'))
 
     def _check(self, registration: Registration, increment: Increment) -> tuple[Status, str]:
         """Return OK, or why a registration is rejected."""

@@ -145,7 +145,8 @@ class OdometrySettings(Checked):
         0.7, 'Minimum fraction of keypoints matched to the keyframe; below it the keyframe is '
         'replaced.', minimum=0.0, maximum=1.0)
     min_matches: int = parameter(
-        12, 'Minimum number of matches of an accepted registration.', minimum=3, maximum=10000)
+        12, 'Minimum number of keypoints that support an accepted registration: those tracked, or '
+        'the matches of AICK where refinement.mode is none.', minimum=3, maximum=10000)
     max_speed: float = parameter(
         3.0, 'Maximum speed of an accepted motion.', unit='m/s', minimum=0.01, maximum=1000.0)
     max_turn_rate: float = parameter(

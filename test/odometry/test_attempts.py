@@ -33,6 +33,7 @@ class View:
     repeat: Repeat = Repeat.NONE
     surface: str = 'a room'
     twist: np.ndarray | None = None
+    keypoints: range = range(300)
     grey: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros((3, 4)))
 
     def is_blurred_beside(self, other):
@@ -108,6 +109,34 @@ def test_keypoints_come_before_depth(references):
 def test_without_a_velocity_depth_alone_is_not_tried(references):
     assert order(view(0.2), references, twist=None) == BY_KEYPOINTS
     assert order(view(0.5), references) == BY_KEYPOINTS  # beyond the hold time
+
+
+@pytest.mark.parametrize('after, keypoints, support, is_recognised', [
+    (0.53, 300, 35, False), (0.53, 300, 36, True), (0.52, 300, 12, True),
+    (10.0, 300, 35, False), (10.0, 2000, 48, True), (10.0, 2000, 47, False)])
+def test_a_place_is_told_by_enough_of_its_keypoints_where_nothing_else_tells_it(
+        references, after, keypoints, support, is_recognised):
+    """By 12 % of those sought, 400 at most, once the camera may have turned by half a turn."""
+    assert Settings().odometry.max_turn_rate == 6.0  # rad/s: half a turn in 0.524 s
+    registrar = Registrar()
+    registrar.register = lambda *given: dataclasses.replace(FOUND, tracks='some', support=support)
+    now = view(0.1 + after, keypoints=range(keypoints))
+    for twist in (None, np.zeros(6)):  # which does not hold for so long
+        *_, last = attempts_by(registrar).of(now, references, twist, 0, none_known)
+        assert last.reference is references.last
+        assert last.status is (Status.OK if is_recognised else Status.TOO_FEW_MATCHES)
+        if not is_recognised:
+            assert last.reason == (f'{support} of {min(keypoints, 400)} keypoints tracked, too '
+                                   f'few to tell the place after {after:.1f} s')
+
+
+def test_a_failure_or_a_pose_without_tracks_is_not_asked_for_its_keypoints(references):
+    registrar = Registrar()
+    for made in (failed(Status.TOO_FEW_MATCHES, 'as it was'),
+                 dataclasses.replace(FOUND, tracks=None, support=13)):
+        registrar.register = lambda *given: made
+        *_, last = attempts_by(registrar).of(view(9.0), references, None, 0, none_known)
+        assert (last.status, last.reason) == (made.status, made.reason)
 
 
 def test_a_pose_that_no_track_confirms_comes_after_depth(references):
