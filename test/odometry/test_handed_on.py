@@ -17,9 +17,9 @@ from aick_ros.odometry.reference import Reference
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.result import Evidence, SensorBias
 from aick_ros.registration.status import Status
+from aick_ros.registration.systematic_error import errors_of_focal_lengths, errors_of_offset
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
-from aick_ros.registration.systematic_error import errors_of_focal_lengths, errors_of_offset
 
 START = se3.exp([1.0, 2.0, 3.0, 0.3, -0.2, 0.5])
 DARK = Evidence.DEPTH_ALONE
