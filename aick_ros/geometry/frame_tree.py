@@ -15,6 +15,9 @@ import numpy as np
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
+LARGEST_GAP = NANOSECONDS // 2
+"""Largest time from a sample of a link to a stamp, or to the next sample [ns]; chosen."""
+
 _HISTORY = 10 * NANOSECONDS  # of a dynamic link, as tf2 keeps by default
 _MAX_SAMPLES = 20_000  # of a dynamic link: the whole history at 2 kHz
 _REST_DISTANCE = 1e-3  # metres within which a dynamic link rests; chosen
@@ -31,8 +34,8 @@ class FrameTransform(NamedTuple):
         it [ns]; 0: all are static or interpolated.
     :param has_rested: whether each link whose last sample is before the stamp stayed within 1 mm
         and 0.1 deg for as long before that sample.
-    :param is_past: whether the stamp is before the first sample of a dynamic link, so that no
-        later sample will reach it.
+    :param is_past: whether the stamp is before the first sample of a dynamic link, or in a hole
+        of its samples, so that no later sample will reach it.
     """
 
     T_target_source: np.ndarray
@@ -82,9 +85,18 @@ class _DynamicLink:
             gap = self._stamps[0] - stamp
             return FrameTransform(self._poses[0], False, gap,
                                   has_rested=gap == 0, is_past=gap > 0)
-        start, end = self._stamps[after - 1], self._stamps[after]
-        return FrameTransform(se3.interpolate(self._poses[after - 1], self._poses[after],
-                                              (stamp - start) / (end - start)), False)
+        return self._between(after - 1, after, stamp)
+
+    def _between(self, before: int, after: int, stamp: int) -> FrameTransform:
+        """Return the link between two samples: what it did in a hole is not known."""
+        start, end = self._stamps[before], self._stamps[after]
+        earlier, later = self._poses[before], self._poses[after]
+        if end - start > LARGEST_GAP and stamp < end and not _is_near(earlier, later):
+            gap = min(stamp - start, end - stamp)
+            return FrameTransform(earlier if stamp - start == gap else later, False, gap,
+                                  has_rested=False, is_past=True)
+        return FrameTransform(
+            se3.interpolate(earlier, later, (stamp - start) / (end - start)), False)
 
 
 class FrameTree:
@@ -124,7 +136,8 @@ class FrameTree:
         """
         Return the transform between two frames at a stamp [ns], None if they are not connected.
 
-        Dynamic links are interpolated; outside of their history the nearest sample is taken.
+        Dynamic links are interpolated. Outside of their history the nearest sample is taken, and
+        in a hole: between samples that are more than ``LARGEST_GAP`` apart and differ.
         """
         targets, sources = self._chain(target, stamp), self._chain(source, stamp)
         for frame, ancestor_target in targets.items():

@@ -112,11 +112,13 @@ def from_quaternion(quaternion: _Vector,
         beyond ``MAX_DISTANCE``.
     """
     x, y, z, w = (float(number) for number in quaternion)
-    norm = math.hypot(x, y, z, w)
+    norm, distance = math.hypot(x, y, z, w), math.hypot(*translation)
     # not <= is true for NaN
-    if not 1e-9 <= norm < math.inf or not math.hypot(*translation) <= MAX_DISTANCE:
+    if not 1e-9 <= norm < math.inf or not distance <= MAX_DISTANCE:
+        limit = (f': it is {distance:g} m away, at most {MAX_DISTANCE:g} m are possible'
+                 if MAX_DISTANCE < distance < math.inf else '')
         raise ValueError(f'quaternion {x:g} {y:g} {z:g} {w:g} with translation '
-                         f'{", ".join(f"{t:g}" for t in translation)} is not a pose')
+                         f'{", ".join(f"{t:g}" for t in translation)} is not a pose{limit}')
     x, y, z, w = x / norm, y / norm, z / norm, w / norm
     pose = np.eye(4)
     pose[:3, :3] = [

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -13,8 +13,10 @@ import numpy as np
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.update import OdometryUpdate
 from aick_ros.registration.status import Status
+from aick_ros.settings import OdometrySettings
 
 
 class Mount(Enum):
@@ -42,18 +44,21 @@ class BaseMotion:
     :param twist: body velocity (vx, vy, vz, wx, wy, wz) [m/s, rad/s], 6.
     :param covariance: 6x6 of the increment [m^2, m rad, rad^2].
     :param interval: time of the increment [s].
+    :param change: 6x6, by which the velocity now may differ from the mean [m^2/s^2, rad^2/s^2].
     """
 
     twist: np.ndarray
     covariance: np.ndarray
     interval: float
+    change: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
 
     @classmethod
-    def of(cls, increment: Increment) -> BaseMotion:
+    def of(cls, increment: Increment, change: np.ndarray) -> BaseMotion:
         """Return the motion of an increment ``T_base0_base1``."""
         axes_now = np.eye(4)
         axes_now[:3, :3] = increment.pose.rotation.T
-        return cls(increment.twist, (axes_now @ increment.pose).covariance, increment.interval)
+        return cls(increment.twist, (axes_now @ increment.pose).covariance, increment.interval,
+                   change)
 
     @property
     def T_before_now(self) -> np.ndarray:
@@ -62,8 +67,8 @@ class BaseMotion:
 
     @property
     def twist_covariance(self) -> np.ndarray:
-        """Covariance of the twist, 6x6 [m^2/s^2, m rad/s^2, rad^2/s^2]."""
-        twist_covariance: np.ndarray = self.covariance / self.interval ** 2
+        """Covariance of the twist as the velocity now, 6x6 [m^2/s^2, m rad/s^2, rad^2/s^2]."""
+        twist_covariance: np.ndarray = self.covariance / self.interval ** 2 + self.change
         return twist_covariance
 
 
@@ -100,10 +105,17 @@ class BaseOdometry:
     when the extrinsic of a fixed camera was last corrected. A correction does not move the base.
 
     :param pose: ``T_odom_base`` at the camera's pose of identity.
+    :param settings: how the velocity changes, of the base as of the camera.
     """
 
-    def __init__(self, pose: PoseWithCovariance = PoseWithCovariance.identity()) -> None:
+    def __init__(self, pose: PoseWithCovariance = PoseWithCovariance.identity(),
+                 settings: OdometrySettings = OdometrySettings()) -> None:
+        self.configure(settings)
         self.reset(pose)
+
+    def configure(self, settings: OdometrySettings) -> None:
+        """Continue with other settings."""
+        self._motion_model = MotionModel(settings)
 
     @property
     def pose(self) -> PoseWithCovariance:
@@ -194,7 +206,8 @@ class BaseOdometry:
                 return None
             before = self._measured[1]
         moved = before @ increment.pose @ se3.inverse(T_base_camera)
-        return BaseMotion.of(Increment(moved, increment.interval))
+        return BaseMotion.of(Increment(moved, increment.interval),
+                             self._motion_model.change_of_twist(increment.interval))
 
 
 def _level(pose: PoseWithCovariance, T_level_base: np.ndarray) -> PoseWithCovariance:

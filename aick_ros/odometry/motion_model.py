@@ -50,6 +50,21 @@ class MotionModel:
         return PoseWithCovariance(se3.exp(min(elapsed, self._hold_time) * velocity),
                                   along_all_axes(shift ** 2, turn ** 2))
 
+    def change_of_twist(self, interval: float) -> np.ndarray:
+        """
+        Return the covariance of the velocity at the end of a motion about its mean, 6x6.
+
+        After the hold time h an acceleration a changes the velocity by a (t - h) up to the end,
+        and its mean by a (t - h)^2 / (2 t). The change is at most as large as the limits of speed.
+
+        :param interval: time t of the motion [s].
+        """
+        changing = max(interval - self._hold_time, 0.0)
+        per_acceleration = changing - 0.5 * changing ** 2 / interval
+        speed = min(per_acceleration * self._acceleration_sigma, self._max_speed)
+        turn_rate = min(per_acceleration * self._angular_acceleration_sigma, self._max_turn_rate)
+        return along_all_axes(speed ** 2, turn_rate ** 2)
+
     def time_to_rest(self, twist: np.ndarray | None) -> float:
         """
         Return after which time [s] a camera whose images do not change has come to rest.

@@ -134,6 +134,7 @@ class Odometry:
         """
         pose = np.eye(4) if T_odom_camera is None else se3.checked(T_odom_camera, 'T_odom_camera')
         self._is_placed = T_odom_camera is not None
+        self._has_restarted = False  # the recording, so that the camera may be turned otherwise
         self._gravity.reset()
         self._plane.reset()
         self._begin(PoseWithCovariance(pose))
@@ -195,7 +196,8 @@ class Odometry:
         Return pose and motion of the camera at a frame.
 
         A stamp that repeats or goes back a little is answered with BAD_STAMP and changes nothing;
-        one that goes back by more than a second starts a new recording at the pose reached.
+        one that goes back by more than a second starts a new recording at the pose reached, with
+        roll and pitch by the accelerometer where the odometry is level.
 
         :param predict: motion of the camera by another odometry, as of the wheels.
         :param T_base_camera: extrinsic at the frame, 4x4, for a base that moves in a plane; None:
@@ -320,6 +322,7 @@ class Odometry:
                 return self._update(prepared, Status.BAD_STAMP,
                                     f'{back / NANOSECONDS:.6f} s before the last frame')
             self._begin(self._published, is_lost=True)
+            self._has_restarted = True
         self._stamp, self._tracked_frames = prepared.stamp, 0
         if prepared.repeat is not Repeat.BOTH:
             self._unchanged_since = prepared.stamp
@@ -347,7 +350,9 @@ class Odometry:
         self._confirmed = prepared.stamp
         if not self._is_placed and not self._plane.has_base:
             self._pose = self._gravity.begin(prepared.stamp) or self._pose
-        self._is_placed = True
+        elif self._has_restarted:
+            self._pose = self._gravity.begin_again(prepared.stamp, self._pose) or self._pose
+        self._is_placed, self._has_restarted = True, False
         self._plane.begin(self._pose.matrix)
         first = Reference(prepared, self._pose)
         self._references = References(first)

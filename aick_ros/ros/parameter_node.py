@@ -35,6 +35,7 @@ class ParameterNode(RobustNode, TypedTopics):
 
     def __init__(self, arguments: Arguments) -> None:
         self._live_settings: LiveSettings | None = None
+        self._rejected_as_read_only: bool | None = None  # how they are to be declared again
         try:
             super().__init__('odom_node', automatically_declare_parameters_from_overrides=True)
         except ValueError as error:
@@ -81,12 +82,28 @@ class ParameterNode(RobustNode, TypedTopics):
         :raises InputError: where one cannot be used; none is declared then.
         """
         if self._live_settings is None:
-            self._live_settings = LiveSettings(*declare_settings(self, self._theirs, read_only))
+            try:
+                self._live_settings = LiveSettings(
+                    *declare_settings(self, self._theirs, read_only))
+            except InputError:
+                self._rejected_as_read_only = read_only
+                raise
         return self._live_settings
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Set parameters all or none; a rejection names range and unit."""
+        """
+        Set parameters all or none; a rejection names range and unit.
+
+        Where one could not be used when they were declared, it is to be corrected before others.
+        """
         store = super().set_parameters_atomically
+        are_known = all(self.has_parameter(parameter.name) for parameter in parameter_list)
+        if not are_known and self._rejected_as_read_only is not None:
+            try:
+                self.declare(self._rejected_as_read_only)
+            except InputError as error:
+                return SetParametersResult(successful=False,
+                                           reason=f'this is to be corrected first: {error}')
         if self._live_settings is None:  # each is checked when they are declared
             return store(parameter_list)
         return self._live_settings.set(parameter_list, store)

@@ -99,7 +99,7 @@ class Pipeline:
                        if settings.guess_frame_id else None)
         self._start = StartByGuess(self._guess, settings)
         self._odometry = Odometry(core)
-        self._base = BaseOdometry(initial_pose(settings))
+        self._base = BaseOdometry(initial_pose(settings), core.odometry)
         self._publisher = OdometryPublisher(node, settings, self._guess)
         self._views = Views(node, settings.odom_frame_id)
         self._rtabmap = RtabmapTopics(
@@ -151,7 +151,11 @@ class Pipeline:
         """Change the settings of the algorithm between two frames."""
         self._core = core
         settings = self._shedding.settings(core)
-        self._between_frames(lambda: self._odometry.change_settings(settings))
+
+        def change() -> None:
+            self._odometry.change_settings(settings)
+            self._base.configure(settings.odometry)
+        self._between_frames(change)
 
     # A frame, from the executor's thread ...
 

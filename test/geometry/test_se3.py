@@ -277,6 +277,14 @@ def test_the_sentence_about_a_quaternion_has_its_numbers_in_order():
         'quaternion 0.5 1.5 2.5 nan with translation 3.5, 4.5, 5.5 is not a pose')
 
 
+@pytest.mark.parametrize('farthest, limit', [
+    (3e8, ': it is 3e+08 m away, at most 1e+08 m are possible'), (np.inf, ''), (np.nan, '')])
+def test_a_pose_that_is_too_far_away_is_one_with_the_limit(farthest, limit):
+    with pytest.raises(ValueError) as raised:
+        se3.from_quaternion((0, 0, 0, 1), (0, farthest, 0))
+    assert str(raised.value).endswith(f' is not a pose{limit}')
+
+
 @pytest.mark.parametrize('angle', [1e-8, 1e-5, 3.14])
 def test_the_rotation_between_directions_that_are_nearly_equal_or_opposite(angle):
     other = np.array([0.0, np.sin(angle), np.cos(angle)])

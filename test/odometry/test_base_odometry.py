@@ -11,6 +11,7 @@ from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.odometry.base_odometry import BaseOdometry, BaseState, Mount
 from aick_ros.registration.status import Status
+from aick_ros.settings import OdometrySettings
 
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.3, -0.2, 0.5))
 CORRECTED = T_BASE_CAMERA @ se3.exp([0.05, 0.02, -0.03, 0.1, -0.2, 0.05])
@@ -21,8 +22,8 @@ PERIOD = 33_333_333  # ns
 class Camera:
     """A base odometry, and frames of the camera on it at a steady rate."""
 
-    def __init__(self, T_odom_base=ORIGIN, covariance=CERTAIN):
-        self.base = BaseOdometry(PoseWithCovariance(T_odom_base, covariance))
+    def __init__(self, T_odom_base=ORIGIN, covariance=CERTAIN, settings=OdometrySettings()):
+        self.base = BaseOdometry(PoseWithCovariance(T_odom_base, covariance), settings)
         self.stamp = 0
 
     def update(self, T=ORIGIN, S=CERTAIN, T_base_camera=T_BASE_CAMERA, mount=Mount.FIXED,
@@ -250,6 +251,22 @@ def test_the_motion_over_a_gap_is_known_where_the_camera_cannot_have_moved_on_th
             camera.update(mount=mount)
         found = camera.update(mount=mount, increment=moved_by(ORIGIN, back=2))
         assert (found.motion is None) == (mount is Mount.MOVING)
+
+
+def test_over_a_gap_the_velocity_is_as_uncertain_as_it_may_have_changed_meanwhile():
+    """A mean over 10 s is no velocity; over a frame it is. The increment is as certain in both."""
+    settings = OdometrySettings(max_speed=2.0, max_turn_rate=3.0)
+    camera, covariance = Camera(settings=settings), 1e-6 * np.eye(6)
+    for back, change in ((1, 0.0), (9, 0.0), (300, [4, 4, 4, 9, 9, 9])):
+        found = camera.update(increment=moved_by(ORIGIN, back, covariance)).motion
+        own = found.covariance / found.interval ** 2
+        np.testing.assert_allclose(np.diag(found.twist_covariance - own), change, atol=1e-12)
+        np.testing.assert_allclose(
+            found.covariance, PoseWithCovariance(ORIGIN, covariance).in_body(
+                T_BASE_CAMERA).covariance, atol=1e-12)
+    camera.base.configure(OdometrySettings(hold_time=60.0))
+    held = camera.update(increment=moved_by(ORIGIN, 300, covariance)).motion
+    np.testing.assert_allclose(held.twist_covariance, own, atol=1e-12)
 
 
 def test_the_motion_over_images_that_repeat_begins_before_them():

@@ -55,6 +55,31 @@ def test_the_covariance_ends_at_the_speed_limit_and_half_a_turn():
     np.testing.assert_allclose(np.sqrt(np.diag(covariance)), [120, 120, 120, *3 * [np.pi]])
 
 
+@pytest.mark.parametrize('interval', [0.4, 0.7, 1.5])
+def test_the_velocity_at_the_end_differs_from_the_mean_as_that_of_sampled_accelerations(interval):
+    """The velocity is held for 0.3 s, and an acceleration changes it from then on."""
+    settings = OdometrySettings(hold_time=0.3, acceleration_sigma=2.0,
+                                angular_acceleration_sigma=3.0, max_speed=100.0,
+                                max_turn_rate=100.0)
+    sigmas = np.repeat([2.0, 3.0], 3)
+    times = (np.arange(10_000) + 0.5) * interval / 10_000
+    accelerated = np.maximum(times - 0.3, 0.0)
+    change = (interval - 0.3 - accelerated.mean()) * sigmas
+    np.testing.assert_allclose(MotionModel(settings).change_of_twist(interval),
+                               np.diag(change ** 2), rtol=1e-3)
+
+
+@pytest.mark.parametrize('interval', [0.001, 1 / 30, 0.3])
+def test_within_the_hold_time_the_velocity_is_the_mean(interval):
+    model = MotionModel(OdometrySettings(hold_time=0.3))
+    np.testing.assert_array_equal(model.change_of_twist(interval), np.zeros((6, 6)))
+
+
+def test_the_velocity_changes_by_no_more_than_the_limits_of_speed():
+    model = MotionModel(OdometrySettings(max_speed=2.0, max_turn_rate=3.0))
+    np.testing.assert_allclose(np.diag(model.change_of_twist(10.0)), [4, 4, 4, 9, 9, 9])
+
+
 @pytest.mark.parametrize('speed, turn_rate, exceeds', [
     (1.9, 0.9, False), (2.1, 0.0, True), (0.0, 1.1, True)])
 @pytest.mark.parametrize('interval', [0.1, 0.5])

@@ -72,6 +72,22 @@ def test_a_rejected_declaration_may_be_repeated(make):
     assert node.declare().core.aick.alpha == 0.6
 
 
+def test_after_a_rejected_declaration_the_bad_one_is_named_until_it_is_corrected(make):
+    node = make(Arguments(), '-p', 'aick.alpha:=7.0')
+    with pytest.raises(InputError):
+        node.declare(read_only=False)
+    rejected = set_one(node, 'lost_policy', 'null')
+    assert not rejected.successful
+    assert rejected.reason.startswith(
+        'this is to be corrected first: aick.alpha = 7.0 is outside 0 to 1')
+    assert not set_one(node, 'of_no_node', 1).successful
+    assert set_one(node, 'aick.alpha', 0.6).successful
+    assert set_one(node, 'lost_policy', 'null').successful
+    assert 'frame_id' in set_one(node, 'frame_id', 5).reason
+    settings = node.declare(read_only=False)
+    assert (settings.core.aick.alpha, settings.own.lost_policy) == (0.6, 'null')
+
+
 def test_parameters_of_rgbd_odometry_from_the_command_line_count(make):
     node = make(Arguments({'Reg/Force3DoF': 'true'}))
     assert node.declare().core.odometry.planar

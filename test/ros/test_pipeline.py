@@ -789,6 +789,17 @@ def test_under_load_less_is_computed_and_settings_can_change_all_the_same(make, 
     assert made.camera.settings.features.max_keypoints == 150
 
 
+def test_the_velocity_of_the_base_may_change_as_the_settings_say(make, monkeypatch):
+    def of(hold_time):
+        return with_values(Settings(), {'odometry.hold_time': hold_time})
+    made = make(core=of(2.0))
+    overload(made, monkeypatch, 0)
+    model = made.pipeline._base._motion_model
+    assert model.holds(2.0) and not model.holds(2.1)
+    made.pipeline.change_settings(of(4.0))
+    assert made.pipeline._base._motion_model.holds(4.0)
+
+
 def test_what_is_dropped_under_load_is_reported_and_its_end_is_logged(make, monkeypatch):
     made = make()
     overload(made, monkeypatch, 2)

@@ -10,15 +10,17 @@ from collections.abc import Callable
 import numpy as np
 
 from aick_ros.frames.imu import ImuSamples
+from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.inertial.disagreement import Disagreement
 from aick_ros.odometry.inertial.force_integral import ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GRAVITY, GravityFilter
-from aick_ros.odometry.inertial.level import Level, level_orientation
+from aick_ros.odometry.inertial.level import UP, Level, level_orientation
 from aick_ros.odometry.inertial.sample_check import SampleCheck
 from aick_ros.settings import ImuSettings
 
+_TILT = slice(3, 5)  # by definition: rotations about x and y of a level frame
 _LARGEST_FORCE = 400.0  # m/s^2; chosen: beyond the range of every accelerometer for cameras
 _FIRST = NANOSECONDS // 10  # chosen on two excerpts of real recordings: a hand turns meanwhile
 _TURNED, _STEP = 2 * NANOSECONDS, NANOSECONDS // 50
@@ -134,6 +136,28 @@ class Gravity:
         self.start[:3, :3] = level_orientation(force / np.linalg.norm(force))
         return PoseWithCovariance(self.start.copy())
 
+    def begin_again(self, stamp: int, pose: PoseWithCovariance) -> PoseWithCovariance | None:
+        """
+        Return the pose of a first frame, turned by the least angle to where the force is up.
+
+        The odometry goes on in its level frame, with a camera that may have been turned meanwhile:
+        roll and pitch are known by the force alone, whose bias is not known yet.
+
+        :param pose: the last one, whose position and heading are kept.
+        :returns: None: the odometry is not level, or what is up is not known or contradicted.
+        """
+        is_used = self._settings.gravity and self.start is not None and not self.complaint
+        force = self._first_force(stamp) if is_used else None
+        if force is None:
+            return None
+        turn = se3.rotation_between(pose.rotation @ force / np.linalg.norm(force), UP)
+        covariance = pose.covariance.copy()
+        covariance[_TILT], covariance[:, _TILT] = 0.0, 0.0
+        variance = _variance(force) + self._settings.accelerometer_bias_sigma ** 2
+        covariance[_TILT, _TILT] = variance / GRAVITY ** 2 * np.eye(2)
+        return PoseWithCovariance(se3.perturbed(pose.matrix, np.append(np.zeros(3), turn)),
+                                  covariance)
+
     def levelled(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return a pose of the odometry in the level frame."""
         return self._level.apply(pose)
@@ -181,9 +205,8 @@ class Gravity:
     def _begin_filter(self, stamp: int, measured: PoseWithCovariance) -> None:
         force = self._first_force(stamp)
         if force is not None:
-            variance = _HAND ** 2 + (float(np.linalg.norm(force)) - GRAVITY) ** 2
             self._filter = GravityFilter(
-                self._settings, measured.rotation @ force, variance * np.eye(3),
+                self._settings, measured.rotation @ force, _variance(force) * np.eye(3),
                 measured.translation, measured.covariance[:3, :3])
 
     def _first_force(self, stamp: int) -> np.ndarray | None:
@@ -224,6 +247,11 @@ class Gravity:
         self._disagreement.note(agrees)
         if self._disagreement.wrong_for % _RETRIED == 1:
             self._filter = None
+
+
+def _variance(force: np.ndarray) -> float:
+    """Return the variance of each component of a force, 3, as that of gravity [m^2/s^4]."""
+    return _HAND ** 2 + (float(np.linalg.norm(force)) - GRAVITY) ** 2
 
 
 def _added(pose: PoseWithCovariance, before: PoseWithCovariance) -> np.ndarray:

@@ -14,9 +14,11 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.kalman import KalmanUpdate, propagated
 from aick_ros.geometry.pose import PoseWithCovariance
 
-_UP = np.array([0.0, 0.0, 1.0])
+UP = np.array([0.0, 0.0, 1.0])
+"""The direction of z in a level frame, 3; by definition."""
+
 _POSITION, _TILT = np.eye(3, 6), np.eye(2, 6, 3)  # by definition: rotations about x and y
-_TILT_BY_UP = se3.skew(_UP)[:2]  # derivative of these by the direction
+_TILT_BY_UP = se3.skew(UP)[:2]  # derivative of these by the direction
 
 _TIME = 3.0  # s; chosen: the direction of gravity changes by less than noise meanwhile
 _MAX_TURN = 0.0017  # rad; chosen: a tenth of a degree per frame is no jump
@@ -90,7 +92,7 @@ class Level:
         :param elapsed: time since the last step [s].
         """
         seen = up.in_axes(self._T_level_drifted[:3, :3])
-        error = se3.rotation_between(seen.vector, _UP)
+        error = se3.rotation_between(seen.vector, UP)
         self._noise = _TILT_BY_UP @ seen.covariance @ _TILT_BY_UP.T
         angle = max(math.hypot(*error), 1e-12)
         uncertain = math.sqrt(error[:2] @ self._noise @ error[:2]) / angle
@@ -113,5 +115,5 @@ def level_orientation(up: np.ndarray) -> np.ndarray:
     A camera that looks ahead looks along x; any other is turned from there by the least angle.
     """
     ahead = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-    orientation: np.ndarray = se3.exp_rotation(se3.rotation_between(ahead @ up, _UP)) @ ahead
+    orientation: np.ndarray = se3.exp_rotation(se3.rotation_between(ahead @ up, UP)) @ ahead
     return orientation

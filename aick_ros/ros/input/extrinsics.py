@@ -13,8 +13,9 @@ from aick_ros.borders.limits import MAX_EXTRINSIC
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
+from aick_ros.geometry.frame_tree import LARGEST_GAP
 from aick_ros.odometry.base_odometry import Mount
-from aick_ros.ros.input.transforms import LARGEST_GAP, Transforms
+from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.tf_messages import TF_REMEDY
 from aick_ros.settings.node import NodeSettings
 

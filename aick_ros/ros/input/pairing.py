@@ -35,7 +35,8 @@ class Pairing:
 
     :param on_pair: called with each pair.
     :ivar newest: the last pair; None before the first.
-    :ivar newest_stamp: stamp of the last accepted image [ns]; 0 before the first.
+    :ivar ahead: time from the node's clock to the stamp of the last accepted image when it came
+        [ns]; 0 before the first, and while the clock is not known.
     :ivar paired_at: steady time of the last pair, or of the construction [s].
     :ivar rejected_at: steady time at which an image was last rejected [s], with ``rejection``,
         the reason.
@@ -44,13 +45,14 @@ class Pairing:
     def __init__(self, node: Node, settings: NodeSettings, diagnostics: Diagnostics,
                  on_pair: Callable[[Pair], None]) -> None:
         self._logger, self._diagnostics, self._on_pair = node.get_logger(), diagnostics, on_pair
+        self._clock = node.get_clock()
         self._registers_depth = settings.register_depth
         self._synchronizer = Synchronizer(_max_interval(settings), settings.sync_queue_size)
         self._names = image_topics(settings)
         self._colour, self._depth = StampMonitor(), StampMonitor()
         self._arrivals = {name: deque[float](maxlen=_ARRIVALS_KEPT) for name in self._names}
         self.newest: Pair | None = None
-        self.newest_stamp = 0
+        self.ahead = 0
         self.paired_at = time.monotonic()
         self.rejected_at, self.rejection = -math.inf, ''
 
@@ -116,7 +118,8 @@ class Pairing:
 
     def _add(self, name: str, stamp: int, add: Callable[[], list[Pair]]) -> None:
         """Pass on the pairs that an image completes, unless its stamp is late."""
-        late, self.newest_stamp = self._synchronizer.late, stamp
+        late, now = self._synchronizer.late, self._clock.now().nanoseconds
+        self.ahead = stamp - now if now else 0
         self._pass_on(add())
         if self._synchronizer.late > late:
             self.reject(name, f'its stamp of {stamp} ns repeats or goes back; does the driver '

@@ -18,7 +18,7 @@ from rclpy.subscription import Subscription
 
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
-from aick_ros.geometry.frame_tree import FrameTransform, FrameTree
+from aick_ros.geometry.frame_tree import LARGEST_GAP, FrameTransform, FrameTree
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.ros.conversions import from_transform, to_stamp
 from aick_ros.ros.input.lateness import Lateness
@@ -27,9 +27,6 @@ from aick_ros.ros.tf_messages import TFMessage
 _QUEUE = 100
 _THROTTLE = 5.0  # seconds between two log lines; chosen
 _MOST_MOVING = 16  # pairs of frames; chosen: images of ever new frames must not fill the memory
-
-LARGEST_GAP = NANOSECONDS // 2
-"""Largest time from the last sample of a link to an image that may use it [ns]; chosen."""
 
 
 class Transforms:

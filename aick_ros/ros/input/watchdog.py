@@ -77,16 +77,17 @@ class Watchdog:
 
     def complaint_about_clocks(self) -> str:
         """Return how the clocks of camera and node differ, '' where they do not."""
-        now = self._node.get_clock().now().nanoseconds
-        if now == 0:
+        if self._node.get_clock().now().nanoseconds == 0:
             return ('use_sim_time is true, and nobody publishes /clock: play the bag with '
                     '--clock, or set use_sim_time to false')
-        ahead = (self._pairing.newest_stamp - now) / NANOSECONDS
-        if ahead > _TOLERATED_AHEAD:
-            return (f"images are stamped {ahead:.1f} s ahead of this node's clock: let the "
-                    'clocks of both computers be synchronized (chrony), or set use_sim_time '
-                    'where a bag is played')
-        return ''
+        ahead = self._pairing.ahead / NANOSECONDS
+        if ahead <= _TOLERATED_AHEAD:
+            return ''
+        remedy = ('let /clock and the images come from one bag or simulator'
+                  if self._node.get_parameter('use_sim_time').value else
+                  'let the clocks of both computers be synchronized (chrony), or set use_sim_time '
+                  'where a bag is played')
+        return f"images are stamped {ahead:.1f} s ahead of this node's clock: {remedy}"
 
     def _last(self) -> dict[str, float]:
         return {name: subscription.received_at

@@ -19,7 +19,6 @@ from aick_ros.settings.node import NodeSettings
 
 _QUEUE = 10
 _LARGEST_VARIANCE = 0.99 * conversions.UNKNOWN[0, 0]  # derived: just below that of a lost camera
-_LEAST_VARIANCE = 1e-12  # chosen: avoids a division by zero
 
 
 class OdometryPublisher:
@@ -98,7 +97,12 @@ class OdometryPublisher:
 
 
 def _below_unknown(covariance: np.ndarray) -> np.ndarray:
-    """Return a covariance, scaled down where it would be taken for that of a lost camera."""
-    largest = max(float(np.diag(covariance).max()), _LEAST_VARIANCE)
-    scaled: np.ndarray = covariance * min(1.0, _LARGEST_VARIANCE / largest)
+    """
+    Return a covariance without a variance that would be taken for that of a lost camera.
+
+    Each axis is scaled by itself, so that what is not known about one leaves the others as they
+    are, and their correlations.
+    """
+    scale = np.sqrt(_LARGEST_VARIANCE / np.maximum(np.diag(covariance), _LARGEST_VARIANCE))
+    scaled: np.ndarray = covariance * np.outer(scale, scale)
     return scaled

@@ -184,6 +184,60 @@ def test_after_a_pause_the_frame_turns_by_no_more_than_in_a_fifth_of_a_second(re
     assert steps == pytest.approx([0.2, 0.05, 0.1, 0.2, 0.1])
 
 
+def tilted(*about):
+    """Return a pose and its covariance, with what is up in the world turned away."""
+    root = 0.01 * np.random.default_rng(5).standard_normal((6, 6))
+    pose = np.eye(4)
+    pose[:3, :3] = se3.exp_rotation(about) @ resting(START)[:3, :3]
+    pose[:3, 3] = 4, 5, 6
+    return PoseWithCovariance(pose, root @ root.T)
+
+
+@pytest.fixture
+def level():
+    """Return gravity with the forces of a camera at rest, that has begun level."""
+    gravity = Gravity(ImuSettings())
+    gravity.add(imu_samples(resting, START - NANOSECONDS // 2, START + NANOSECONDS, ImuModel(
+        PERFECT, SensorNoise(1e-5, 0.0, np.inf, 0.0)), np.random.default_rng(3)), 0.0)
+    gravity.begin(START)
+    return gravity
+
+
+def test_a_camera_that_was_turned_begins_again_level_where_it_was_and_as_it_headed(level):
+    """The least turn that makes it level is about a horizontal axis."""
+    before = tilted(0.3, -0.4, 0.0)
+    begun = level.begin_again(START, before)
+    assert tilt(begun.rotation, resting(START)) < 0.01
+    np.testing.assert_array_equal(begun.translation, before.translation)
+    np.testing.assert_allclose(se3.log_rotation(begun.rotation @ before.rotation.T),
+                               [-0.3, 0.4, 0.0], atol=1e-4)
+
+
+def test_begun_again_roll_and_pitch_are_as_certain_as_what_is_up_in_a_hand(level):
+    """A hand accelerates by 0.5 m/s^2, beside the bias; the rest is as certain as before."""
+    level.configure(ImuSettings(accelerometer_bias_sigma=1.2))
+    before = tilted(0.3, -0.4, 0.0)
+    covariance = level.begin_again(START, before).covariance
+    np.testing.assert_allclose(covariance[3:5, 3:5], (1.3 / 9.80665) ** 2 * np.eye(2),
+                               rtol=1e-3, atol=1e-9)
+    assert not covariance[3:5][:, [0, 1, 2, 5]].any()
+    others = np.ix_([0, 1, 2, 5], [0, 1, 2, 5])
+    np.testing.assert_array_equal(covariance[others], before.covariance[others])
+
+
+def test_it_does_not_begin_again_level_where_that_is_not_known_or_not_wanted(level):
+    before = tilted(0.3, -0.4, 0.0)
+    assert level.begin_again(START - 10 * NANOSECONDS, before) is None  # before all samples
+    level.configure(ImuSettings(gravity=False))
+    assert level.begin_again(START, before) is None
+    level.configure(ImuSettings())
+    for _ in range(100):
+        level._disagreement.note(False)
+    assert level.complaint and level.begin_again(START, before) is None
+    level.reset()  # odom begins elsewhere, and not level
+    assert level.begin_again(START, before) is None
+
+
 def turning(stamp):
     """Return the pose of a camera in a hand that shakes and turns it."""
     time = (stamp - START) / NANOSECONDS

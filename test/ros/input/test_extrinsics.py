@@ -11,9 +11,10 @@ import pytest
 
 from aick_ros.borders.limits import MAX_EXTRINSIC
 from aick_ros.errors import InputError
+from aick_ros.geometry.frame_tree import LARGEST_GAP
 from aick_ros.odometry.base_odometry import Mount
 from aick_ros.ros.input.extrinsics import Extrinsics
-from aick_ros.ros.input.transforms import LARGEST_GAP, Transforms
+from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.tf_messages import TF_REMEDY
 from aick_ros.settings.node import NodeSettings
 

@@ -235,6 +235,18 @@ def test_an_image_before_the_first_sample_is_never_answered_nor_waited_for(heard
     assert asked == []
 
 
+@pytest.mark.parametrize('largest_gap', [None, SECOND // 2])
+@pytest.mark.parametrize('after, gap', [(0.1, 0.1), (1.6, 1.4), (2.9, 0.1)])
+def test_an_image_in_a_hole_of_the_samples_is_never_answered_nor_waited_for(
+        heard, after, gap, largest_gap):
+    """Wherever the link has been meanwhile: only samples at most 0.5 s apart are interpolated."""
+    turn(heard, 0.2, 0.0, 3.0)
+    with rejected(gap), counted_wait(heard) as asked:
+        heard.find('base_link', 'head', 100 * SECOND + round(after * SECOND), 60.0, largest_gap)
+    assert asked == []
+    heard.find('base_link', 'head', 103 * SECOND, 60.0, largest_gap)
+
+
 @pytest.mark.parametrize('gap, is_waited_for', [(0.59, True), (0.61, False)])
 def test_a_link_that_has_stopped_is_not_waited_for(heard, gap, is_waited_for):
     """Frames must not wait for wheels that were switched off."""

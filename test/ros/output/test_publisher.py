@@ -111,11 +111,21 @@ def test_the_covariance_of_the_twist_is_that_of_velocity_or_increment(probe, kin
 
 
 def test_a_tracked_camera_is_never_taken_for_a_lost_one(probe):
-    """However far the uncertainty has grown, the first variance stays below 9999."""
-    grown = 1e6 * np.diag([1, 2, 3, 4, 5, 6.0])
+    """However far the uncertainty has grown, each variance stays below 9999."""
+    sent = matrix(probe().sent(base(sigma=1e6 * np.diag([1, 2, 3, 4, 5, 6.0]))).pose)
+    np.testing.assert_allclose(sent, 0.99 * UNKNOWN)
+
+
+def test_what_is_unknown_about_one_axis_leaves_the_others_as_they_are(probe):
+    """A pose set with a direction that is not known; the correlations are kept."""
+    grown = np.diag([1, 1, 1, 1e3, 1e4, 1e5]) @ (covariance(0) / 0.05 ** 2) @ np.diag(
+        [1, 1, 1, 1e3, 1e4, 1e5])
     sent = matrix(probe().sent(base(sigma=grown)).pose)
-    assert sent.max() < 9999
-    np.testing.assert_allclose(sent / sent[0, 0], np.diag([1, 2, 3, 4, 5, 6.0]))
+    np.testing.assert_allclose(sent[:3, :3], grown[:3, :3], rtol=1e-12)
+    np.testing.assert_allclose(np.diag(sent)[3:], 0.99 * 9999)
+    for found in (sent, grown):
+        found /= np.sqrt(np.outer(np.diag(found), np.diag(found)))
+    np.testing.assert_allclose(sent, grown, rtol=1e-9)
 
 
 def test_without_a_motion_the_twist_is_zero_and_unknown(probe):
