@@ -241,6 +241,16 @@ def test_the_same_path_has_the_same_errors_however_long_a_run_is(frames):
         assert comparison.total[ATE] == alone.total[ATE]
 
 
+@pytest.mark.parametrize('count', [1, 2])
+def test_a_single_common_frame_has_no_ate(count):
+    """Its error after alignment is that of rounding, and changes by any factor."""
+    name = NAMES[0]
+    total = Baseline({name: run(name)}).compare({
+        name: cut(run(name, scale=3.0), slice(count))}).total
+    assert (ATE in total) == (count == 2)
+    assert total[LOST].change == 0
+
+
 def test_a_baseline_is_scored_anew_for_candidates_of_other_lengths():
     name = NAMES[0]
     baseline = Baseline({name: run(name)})
