@@ -12,7 +12,7 @@ from datetime import datetime
 import numpy as np
 from matplotlib.figure import Figure
 
-from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
+from aick_ros.evaluation.scores.frame_record import FrameRecord, is_level, trajectory_of
 from aick_ros.evaluation.scores.run_summary import RunSummary
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
@@ -73,9 +73,13 @@ def _pictures(records: Sequence[FrameRecord],
     errors = compare(estimate, ground_truth) if ground_truth is not None else None
     yield page.heading('Path of the camera')
     if errors is None:
-        yield page.paragraph('In the frame of the camera at the start: x forward, y to the '
-                             'left, z up.', 'quiet')
-        estimate = Trajectory(estimate.stamps, _T_body_optical @ estimate.poses)
+        if is_level(records):
+            yield page.paragraph('In a level frame, by the accelerometer: x forward at the start, '
+                                 'y to the left, z up.', 'quiet')
+        else:
+            yield page.paragraph('In the frame of the camera at the start: x forward, y to the '
+                                 'left, z up.', 'quiet')
+            estimate = Trajectory(estimate.stamps, _T_body_optical @ estimate.poses)
         yield _picture(path_figure(estimate, lost=lost))
     else:
         yield page.paragraph('In the frame of the ground truth, to which the positions of the '

@@ -190,6 +190,18 @@ def test_without_truth_the_camera_looks_along_x(monkeypatch, summary, records):
     assert lost.sum() == 3
 
 
+def test_a_level_path_is_drawn_as_it_is(monkeypatch, summary, level_records):
+    """Its axes are those of the plot already, however the camera was held."""
+    drawn = []
+    monkeypatch.setattr(run_report, 'path_figure', lambda estimate, lost: (
+        drawn.append(estimate), path_figure(estimate, lost=lost))[1])
+    text = report(summary, level_records, None, STARTED)
+    [estimate] = drawn
+    np.testing.assert_array_equal(estimate.poses, trajectory_of(level_records).poses)
+    assert 'In a level frame, by the accelerometer: x forward at the start' in text
+    assert 'frame of the camera' not in text
+
+
 @pytest.mark.parametrize('count, more', [(20, None), (21, '1 more are in frames.csv.')])
 def test_of_many_lost_frames_the_first_are_listed(summary, records, count, more):
     lost = [dataclasses.replace(records[40], stamp=i * 10 ** 9) for i in range(count)]
