@@ -55,9 +55,10 @@ def _parsed(text: str, loader_class: type[yaml.SafeLoader]) -> Any:
             node = loader.get_node()
             _count(node, {})
             if loader_class is _ParameterLoader and loader.check_node():
+                second: Any = loader.peek_event()  # type: ignore[no-untyped-call]
                 raise InputError('it has a second document, which begins in line '
-                                 f'{loader.peek_event().start_mark.line + 1}: write all parameters '
-                                 'into the first one')
+                                 f'{second.start_mark.line + 1}: write all parameters into the '
+                                 'first one')
             return loader.construct_document(node)
         finally:
             loader.dispose()

@@ -76,7 +76,7 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
 
 def _write(evaluation: Evaluation, reading: Reading, recording: RgbdSource, json: str | None,
            plots: Path | None, export: Path | None) -> None:
-    """Write what was asked for, files first: where nobody reads the figures, printing them ends."""
+    """Write files first, then show: where nobody reads the figures, printing them ends all."""
     try:
         if plots is not None:
             write_plots(plots, evaluation)

@@ -8,8 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from aick_ros.evaluation.scores.frame_record import (
-    FrameRecord, is_level, stages_of, trajectory_of)
+from aick_ros.evaluation.scores.frame_record import FrameRecord, is_level, stages_of, trajectory_of
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.inertial.level import level_orientation
