@@ -36,11 +36,11 @@ def parse_yaml(text: str) -> Any:
 
 def parse_parameters(text: str) -> Any:
     """
-    Return the first document of a ROS parameter file, in which ``null`` is a word as any other.
+    Return the only document of a ROS parameter file, in which ``null`` is a word as any other.
 
     Values that are not given, which rcl rejects, are None.
 
-    :raises InputError: see :func:`parse_yaml`.
+    :raises InputError: see :func:`parse_yaml`, and where there is a second document.
     """
     return _parsed(text, _ParameterLoader)
 
@@ -54,6 +54,11 @@ def _parsed(text: str, loader_class: type[yaml.SafeLoader]) -> Any:
                 return None
             node = loader.get_node()
             _count(node, {})
+            if loader_class is _ParameterLoader and loader.check_node():
+                second: Any = loader.peek_event()  # type: ignore[no-untyped-call]
+                raise InputError('it has a second document, which begins in line '
+                                 f'{second.start_mark.line + 1}: write all parameters into the '
+                                 'first one')
             return loader.construct_document(node)
         finally:
             loader.dispose()

@@ -52,6 +52,9 @@ def write_figures(figures: Mapping[str, Any], recordings: Mapping[str, Any],
 def _figure(content: Mapping[str, Any], recordings: Mapping[str, Any]) -> Figure:
     columns = min(len(recordings), 2)
     rows = -(-len(recordings) // columns)
+    title = _title(content)
+    if columns == 1:  # too narrow for a line
+        title = title.replace('; ', ';\n')
 
     def draw(figure: Figure) -> None:
         panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
@@ -61,7 +64,7 @@ def _figure(content: Mapping[str, Any], recordings: Mapping[str, Any]) -> Figure
             axes.set_axis_off()
         for axes in panels[:, 0]:
             axes.set_ylabel('success ratio')
-        figure.suptitle(_title(content), fontsize=12, fontweight='bold', color=canvas.INK)
+        figure.suptitle(title, fontsize=12, fontweight='bold', color=canvas.INK)
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc='outside lower center', ncols=4)
 

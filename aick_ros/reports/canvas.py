@@ -68,7 +68,7 @@ def figure(width: float, height: float, draw: Drawing) -> Figure:
 def to_svg(content: Figure) -> str:
     """Return a figure as an ``<svg>`` element."""
     text = io.StringIO()
-    with _drawing():
+    with _drawing(content):
         content.savefig(text, format='svg', metadata={'Date': None})
     svg = text.getvalue()
     return svg[svg.index('<svg'):]
@@ -80,15 +80,21 @@ def write_png(content: Figure, path: Path) -> None:
 
     :raises InputError: where the file cannot be replaced.
     """
-    with _drawing(), replaced(path) as draft:
+    with _drawing(content), replaced(path) as draft:
         content.savefig(draft, format='png')
 
 
 @contextmanager
-def _drawing() -> Iterator[None]:
-    """Draw in the common style; of characters that no font has a box is enough."""
+def _drawing(content: Figure) -> Iterator[None]:
+    """
+    Draw in the common style; of characters that no font has a box is enough.
+
+    A figure is laid out before the limits of axes of equal scales are set, whose numbers may be
+    longer then: it is drawn once before, or labels beside them would be cut off.
+    """
     with _style(), warnings.catch_warnings():
         warnings.filterwarnings('ignore', 'Glyph .* missing from')
+        content.draw_without_rendering()
         yield
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.frame_record import FrameRecord, is_level
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
@@ -32,7 +32,8 @@ class RerunView:
     """
     Logs a run frame by frame.
 
-    The world is the odometry's frame: that of the camera at the start, x right, y down, z forward.
+    The world is the odometry's frame: that of the camera at the start, x right, y down, z forward;
+    with an accelerometer a level one, x forward, y left, z up.
 
     :param stream: where to log to.
     :param ground_truth: of the recording; it is drawn from the first frame that it covers.
@@ -41,6 +42,7 @@ class RerunView:
     def __init__(self, stream: rr.RecordingStream, ground_truth: Trajectory | None) -> None:
         self._stream, self._trail, self._ground_truth = stream, Trail(stream), ground_truth
         self._status: Status | None = None
+        self._is_begun = False
         self._T_odom_world: np.ndarray | None = None
         self._positions: weakref.WeakKeyDictionary[KeypointFrame, np.ndarray] = \
             weakref.WeakKeyDictionary()
@@ -67,6 +69,7 @@ class RerunView:
 
     def add_record(self, record: FrameRecord) -> None:
         """Log what a frame has without its images."""
+        self._begin(record)
         self._trail.set_time(record.stamp)
         pose, position = record.T_odom_camera, record.T_odom_camera[:3, 3]
         self._stream.log('world/camera', rr.Transform3D(translation=position, mat3x3=pose[:3, :3]))
@@ -80,6 +83,12 @@ class RerunView:
             self._stream.log('status/changes', rr.TextLog(
                 f'{record.status.name}: {record.reason or record.status.value}'))
         self._add_truth(record.stamp, pose)
+
+    def _begin(self, record: FrameRecord) -> None:
+        """Log the axes of the world again where the first tracked pose shows that it is level."""
+        if not self._is_begun and is_level([record]):
+            self._stream.log('world', rr.ViewCoordinates.FLU, static=True)
+        self._is_begun |= record.status.ok
 
     def _add_keyframe(self, update: OdometryUpdate) -> None:
         """Log the edge from the frame that this one was registered to."""

@@ -70,7 +70,7 @@ def timing_figure(records: Sequence[FrameRecord]) -> Figure:
         for (stage, values), colour in zip(times.items(), cycle(canvas.SERIES)):
             # times beyond the axis count in its last bin
             axes.hist(np.minimum(values, bins[-1]), list(bins), color=colour, alpha=0.7,
-                      label=f'{stage}, median {np.median(values):.1f} ms')
+                      label=stage)
         axes.set(title='Time per frame', xlabel='time [ms]', ylabel='frames', xlim=(0, bins[-1]))
         canvas.legend_above(axes)
 

@@ -12,7 +12,7 @@ from datetime import datetime
 import numpy as np
 from matplotlib.figure import Figure
 
-from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
+from aick_ros.evaluation.scores.frame_record import FrameRecord, is_level, trajectory_of
 from aick_ros.evaluation.scores.run_summary import RunSummary
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
@@ -43,7 +43,8 @@ def report(summary: RunSummary, records: Sequence[FrameRecord],
 
 def _head(summary: RunSummary, started: datetime) -> Iterator[str]:
     yield page.heading(summary.source, 1)
-    yield page.paragraph(f'{summary.frames} frames, {summary.duration_s:.1f} s, run on '
+    frames = '1 frame' if summary.frames == 1 else f'{summary.frames} frames'
+    yield page.paragraph(f'{frames}, {summary.duration_s:.1f} s, run on '
                          f'{started:%d %B %Y at %H:%M}', 'quiet')
     if summary.ended != 'complete':
         yield page.paragraph(f'This run is not complete: {summary.ended}', 'notice')
@@ -73,20 +74,26 @@ def _pictures(records: Sequence[FrameRecord],
     errors = compare(estimate, ground_truth) if ground_truth is not None else None
     yield page.heading('Path of the camera')
     if errors is None:
-        yield page.paragraph('In the frame of the camera at the start: x forward, y to the '
-                             'left, z up.', 'quiet')
-        estimate = Trajectory(estimate.stamps, _T_body_optical @ estimate.poses)
+        if is_level(records):
+            yield page.paragraph('In a level frame, by the accelerometer: x forward at the start, '
+                                 'y to the left, z up.', 'quiet')
+        else:
+            yield page.paragraph('In the frame of the camera at the start: x forward, y to the '
+                                 'left, z up.', 'quiet')
+            estimate = Trajectory(estimate.stamps, _T_body_optical @ estimate.poses)
         yield _picture(path_figure(estimate, lost=lost))
     else:
         yield page.paragraph('In the frame of the ground truth, to which the positions of the '
                              'estimate are aligned.', 'quiet')
         yield _picture(path_figure(estimate, ground_truth, lost))
+    if errors is not None and len(errors.estimate) > 1:
         yield page.heading('Errors')
         yield page.paragraph('Positions and rotations are aligned separately; ATE and RPE above '
                              'are root mean squares.', 'quiet')
         yield _picture(error_figure(errors, records[0].stamp))
-    yield page.heading('Tracking')
-    yield _picture(tracking_figure(records))
+    if len(records) > 1:  # over time there is nothing to see of one
+        yield page.heading('Tracking')
+        yield _picture(tracking_figure(records))
     yield page.heading('Speed')
     yield _picture(timing_figure(records))
 

@@ -93,3 +93,17 @@ def test_only_in_parameters_null_is_a_word():
     assert parse_yaml('a: null') == {'a': None}
     with pytest.raises(InputError, match='it has more than'):
         parse_parameters(BOMB)
+
+
+@pytest.mark.parametrize('text, line', [
+    ('a: 1\n---\nb: 2', 2), ('---\na: 1\n\n---\na: 2\n', 4), ('a: 1\n---\n', 2)])
+def test_parameters_are_one_document(text, line):
+    with pytest.raises(InputError) as raised:
+        parse_parameters(text)
+    assert str(raised.value) == (f'it has a second document, which begins in line {line}: write '
+                                 'all parameters into the first one')
+
+
+@pytest.mark.parametrize('text', ['---\na: 1', 'a: 1\n...\n', '--- # first\na: 1\n...'])
+def test_marks_of_one_document_begin_no_second_one(text):
+    assert parse_parameters(text) == {'a': 1}

@@ -3,6 +3,7 @@
 
 """A run over a made-up path, with and without losses."""
 
+from dataclasses import replace
 from functools import cached_property
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.odometry.inertial.level import level_orientation
 from aick_ros.registration.status import Status
 from aick_ros.settings.presets import preset
 
@@ -87,6 +89,16 @@ def records():
                 PoseWithCovariance(np.eye(4), 1e-6 * np.eye(6)), 1 / 30),
             timing={'features': 4.0, 'registration': 2.0 + i % 7, 'total': 6.0 + i % 7}))
     return records
+
+
+@pytest.fixture
+def level_records(records):
+    """Return the same run in a level frame, after two frames that were lost before the start."""
+    level = np.eye(4)
+    level[:3, :3] = level_orientation(np.array([0.1, -0.9, -0.4]) / np.sqrt(0.98))
+    bad = [replace(records[0], stamp=stamp, status=Status.BAD_FRAME) for stamp in (-2, -1)]
+    return bad + [replace(record, pose=PoseWithCovariance(
+        level @ record.pose.matrix, record.pose.covariance)) for record in records]
 
 
 @pytest.fixture

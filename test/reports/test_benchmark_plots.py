@@ -3,12 +3,15 @@
 
 """The curves that are drawn, and what a reader finds on the axes."""
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
 from aick_ros.evaluation.baselines.registry import METHODS
+from aick_ros.evaluation.benchmark.figures import paper_figures
 from aick_ros.reports import benchmark_plots
 from aick_ros.reports.benchmark_plots import write_figures
 
@@ -97,6 +100,16 @@ def test_the_title_names_the_threshold_where_it_is_no_axis(drawn, axis, title):
     assert (markers <= {'', 'None'}) is (axis == 'threshold_m')
     marks = [line for axes in figure.axes for line in axes.lines if line.get_linestyle() == '--']
     assert len(marks) == (2 if axis == 'threshold_m' else 0)
+
+
+@pytest.mark.parametrize('count', [1, 2])
+@pytest.mark.parametrize('name', [figure.title for figure in paper_figures(Path('v'))])
+def test_a_title_fits_into_the_figure(count, name):
+    recordings = dict(list(RECORDINGS.items())[:count])
+    figure = benchmark_plots._figure({'title': name, 'axis': 'gap', 'curves': CURVES}, recordings)
+    box = figure._suptitle.get_window_extent()
+    assert figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1
+    assert figure.get_suptitle() == f'{name};{" " if count == 2 else chr(10)}success within 10 mm'
 
 
 def test_settings_that_are_varied_have_colours_from_dark_to_light(drawn):

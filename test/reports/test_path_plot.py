@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.text import Text
 
 from aick_ros.evaluation.scores.frame_record import trajectory_of
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -46,6 +47,22 @@ def test_metres_are_as_long_in_both_directions(records):
     for axes in figure.axes:
         origin, right, up = axes.transData.transform([(0, 0), (1, 0), (0, 1)])
         assert right[0] - origin[0] == pytest.approx(up[1] - origin[1])
+
+
+def test_labels_are_inside_though_numbers_beside_them_become_longer(monkeypatch):
+    """With equal scales y reaches from .5 to .75, in steps of .05 that need more digits."""
+    starts, draw = [], Text.draw
+
+    def spy(text, renderer):
+        draw(text, renderer)
+        if text.get_text() == 'y [m]':
+            starts.append(text.get_window_extent(renderer).x0)
+
+    monkeypatch.setattr(Text, 'draw', spy)
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[:, :3, 3] = (1.103, 0.617, 1.352), (1.343, 0.627, 1.658)
+    canvas.to_svg(path_figure(Trajectory(np.arange(2), poses)))
+    assert starts[-1] > 0
 
 
 def test_writes_a_picture(records, ground_truth, tmp_path):

@@ -213,3 +213,10 @@ def test_the_world_is_right_down_forward_and_errors_need_truth_at_their_time(
         (None, rr.ViewCoordinates.RDF.as_arrow_array().to_pylist())]
     times = [time for time, _ in stream.values('errors/position_mm', 'scalars')]
     np.testing.assert_allclose(times, np.arange(10, 90) / 30, atol=1e-6)
+
+
+def test_a_level_world_is_forward_left_up(shown, level_records):
+    import rerun as rr
+    rows = shown(level_records).rows('world', 'xyz')
+    assert rows[-1] == (None, rr.ViewCoordinates.FLU.as_arrow_array().to_pylist())
+    assert len(rows) == 2  # not with each frame

@@ -13,6 +13,7 @@ from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors, compa
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.registration.stage_times import STAGES
 from aick_ros.registration.status import Status
 
 pytest.importorskip('matplotlib')
@@ -79,13 +80,21 @@ def test_every_frame_counts_in_the_times_of_each_stage(records):
         records[-1], timing={'features': 900.0, 'registration': 5.0, 'total': 905.0})]
     axes, = timing_figure(records).axes
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert [label.split(',')[0] for label in labels] == ['features', 'registration']
-    assert 'median 4.0 ms' in labels[0]
+    assert labels == ['features', 'registration']
     for container in axes.containers:
         assert sum(patch.get_height() for patch in container) == len(records)
     last = axes.containers[0][-1]
     assert last.get_height() == 1
     assert axes.get_xlim()[1] == pytest.approx(last.get_x() + last.get_width())
+
+
+def test_the_legend_of_the_times_is_beside_the_title(records):
+    records = [dataclasses.replace(record, timing={**dict.fromkeys(STAGES, 12.0), 'total': 48.0})
+               for record in records]
+    figure = timing_figure(records)
+    canvas.to_svg(figure)
+    axes, = figure.axes
+    assert axes._left_title.get_window_extent().x1 < axes.get_legend().get_window_extent().x0
 
 
 def test_texts_and_colours_say_what_is_drawn(records, ground_truth):

@@ -39,6 +39,9 @@ def compare(runs: Runs, out: Out = Path('comparison.html'), json: options.JsonFi
     """
     if len(runs) < 2:
         raise InputError('at least two runs are required, the baseline first')
+    if str(out) == STANDARD_OUTPUT:
+        raise InputError('the page cannot go to standard output: give --out a file; --json - is '
+                         'for other programs')
     inputs = [folder for path in runs for folder in run_folders(path)]
     check_target(json, *inputs)
     check_target(str(out), *inputs)

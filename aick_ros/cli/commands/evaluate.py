@@ -76,18 +76,20 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
 
 def _write(evaluation: Evaluation, reading: Reading, recording: RgbdSource, json: str | None,
            plots: Path | None, export: Path | None) -> None:
-    """Show an evaluation and write what was asked for."""
-    if json is not None:
-        write_json(json, {**evaluation.to_json(), 'ended': reading.ended,
-                          'damaged_images': reading.damage.count})
-    show(evaluation, on_stderr=json == STANDARD_OUTPUT)
+    """Write files first, then show: where nobody reads the figures, printing them ends all."""
+    try:
+        if plots is not None:
+            write_plots(plots, evaluation)
+        if export is not None:
+            write_square(export, evaluation.records, recording.ground_truth)
+    finally:
+        if json is not None:
+            write_json(json, {**evaluation.to_json(), 'ended': reading.ended,
+                              'damaged_images': reading.damage.count})
+        show(evaluation, on_stderr=json == STANDARD_OUTPUT)
     missing = [gap for gap, score in evaluation.pairs.items() if not score.count]
     if recording.ground_truth is not None and missing:
         say(without_pairs(recording.name, evaluation.frames, missing))
-    if plots is not None:
-        write_plots(plots, evaluation)
-    if export is not None:
-        write_square(export, evaluation.records, recording.ground_truth)
     if (recording.ground_truth is not None and evaluation.trajectory.ate_rmse_m is None
             and len(evaluation.records) > 1):
         say(f'the ground truth of {recording.name} covers fewer than two of the frames that were '

@@ -98,11 +98,13 @@ def _noise_of_imu(path: Path, topic: str | None, settings: Settings, json: str |
         if plots is not None:
             make_plot_folder(plots)
         found = estimate_imu_noise(path.resolve().name, read_imu(path, topic))
-        if json is not None:
-            write_json(json, found.to_json())
-        show_imu_noise(found, settings.imu, on_stderr=json == STANDARD_OUTPUT)
-        if plots is not None:
-            write_allan_plot(plots, found)
+        try:
+            if plots is not None:  # first: where nobody reads the figures, printing them ends
+                write_allan_plot(plots, found)
+        finally:
+            if json is not None:
+                write_json(json, found.to_json())
+            show_imu_noise(found, settings.imu, on_stderr=json == STANDARD_OUTPUT)
     return outcome.DONE
 
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from datetime import datetime
 from itertools import chain
 from pathlib import Path
@@ -57,15 +57,14 @@ def replay(source: options.Source, out: Out = Path('runs'), preset: options.Pres
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
         register_depth, depth_info_topic, depth_in_colour))
     with Reading(recording, limit) as reading:
-        folder, summary = _run(reading, settings, out)
-    if json is not None:
-        write_json(json, summary.to_json())
+        folder, summary = _run(reading, settings, out, json)
     _show(summary, folder, on_stderr=json == STANDARD_OUTPUT)
     return outcome.of_reading(reading)
 
 
-def _run(reading: Reading, settings: Settings, out: Path) -> tuple[Path, RunSummary]:
-    started, records = datetime.now(), []
+def _run(reading: Reading, settings: Settings, out: Path,
+         json: str | None) -> tuple[Path, RunSummary]:
+    started, records = datetime.now(), list[FrameRecord]()
     ground_truth = reading.ground_truth
     start = time.perf_counter()
     with progress(reading.name, len(reading)) as show:
@@ -76,15 +75,32 @@ def _run(reading: Reading, settings: Settings, out: Path) -> tuple[Path, RunSumm
         with RunFolder(out, reading.name, settings, started) as folder:
             if ground_truth is not None:
                 folder.write_ground_truth(ground_truth)
-            for record in chain([first], updates):
+            for record in _added(folder, chain([first], updates), reading):
                 records.append(record)
-                folder.add(record)
                 show(len(records))
     summary = summarize(reading, records, settings, time.perf_counter() - start, reading.ended,
                         reading.damage.count)
-    folder.write_summary(summary)
-    _write_report(folder.path, summary, records, ground_truth, started)
+    try:
+        folder.write_summary(summary)
+        _write_report(folder.path, summary, records, ground_truth, started)
+    finally:  # it may be on another disk than the one that is full
+        if json is not None:
+            write_json(json, summary.to_json())
     return folder.path, summary
+
+
+def _added(folder: RunFolder, records: Iterable[FrameRecord],
+           reading: Reading) -> Iterator[FrameRecord]:
+    """Write frames, and yield those that are; a full disk after the first one ends the reading."""
+    for count, record in enumerate(records):
+        try:
+            folder.add(record)
+        except InputError as error:
+            if not count:
+                raise
+            reading.ended = str(error)
+            return
+        yield record
 
 
 def _updates(reading: Reading, settings: Settings) -> Iterator[FrameRecord]:

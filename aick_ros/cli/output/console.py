@@ -17,7 +17,7 @@ from rich.table import Table
 from aick_ros.borders.names import one_line, printable
 
 _UPDATE_INTERVAL = 0.2  # [s]; chosen
-_LONGEST_NAME = 24  # characters that a narrow table does not break in its first column; chosen
+_LONGEST_NAME = 24  # characters that a narrow table does not break; chosen: paths are longer
 
 
 class _Console(Console):
@@ -74,8 +74,8 @@ def table(title: str, rows: Iterable[Iterable[str]], columns: Sequence[str] = ('
     """
     Print a table, its first column to the left, the others to the right.
 
-    Where it is too wide for the terminal, cells are folded, but no words in them; nothing is cut
-    off, even if lines are longer than the terminal is wide.
+    Where it is too wide for the terminal, cells and heads are folded, but no words or numbers in
+    them; nothing is cut off, even if lines are longer than the terminal is wide.
 
     :param columns: heads of the columns; not shown where all are empty.
     :param on_stderr: print on standard error, where JSON goes to standard output.
@@ -85,10 +85,11 @@ def table(title: str, rows: Iterable[Iterable[str]], columns: Sequence[str] = ('
     cells = [[printable(cell) for cell in row] for row in rows]
     names = max((len(row[0]) for row in cells), default=0)
     for number, column in enumerate(columns):
-        words = (word for row in cells for word in row[number].split() if word.isalpha())
-        content.add_column(
-            column, justify='right' if number else 'left', overflow='fold',
-            min_width=max(map(len, words), default=None) if number else min(names, _LONGEST_NAME))
+        words = (word for cell in (column, *(row[number] for row in cells))
+                 for word in cell.split())
+        widest = max(map(len, words), default=0) if number else names
+        content.add_column(column, justify='right' if number else 'left', overflow='fold',
+                           min_width=min(widest, _LONGEST_NAME))
     for row in cells:
         content.add_row(*row)
     with suppress(OSError) if on_stderr else nullcontext():

@@ -40,7 +40,8 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
         import rerun as rr
     except ModuleNotFoundError as error:
         raise InputError(f"no view without {package_of(error)}: {installation('view')}") from None
-    with (_errors_of(save), replaced(save) if save else nullcontext() as draft,
+    # the draft takes its space from a full disk until replaced() ends: errors are looked at before
+    with (replaced(save) if save else nullcontext() as draft, _errors_of(save),
           rr.RecordingStream('aick_ros', recording_id=None) as stream):
         if save is not None and draft is not None:
             _check_file(save)
@@ -66,7 +67,9 @@ def _check_file(save: Path) -> None:
 
 
 def _is_full(save: Path) -> bool:
-    return shutil.disk_usage(save.parent).free < _LEAST_SPACE
+    """Return whether the disk of a file is full, that which a link leads to."""
+    is_direct = save.exists() and not save.is_file()  # what /dev/stdout leads to has no folder
+    return shutil.disk_usage((save if is_direct else save.resolve()).parent).free < _LEAST_SPACE
 
 
 @contextmanager

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -16,6 +16,7 @@ from aick_ros.evaluation.comparison.block_bootstrap import REPLICATES, replicate
 from aick_ros.evaluation.comparison.metrics import METRICS, Metric, Values, values_of
 from aick_ros.evaluation.runs.run import Run
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 
 CONFIDENCE = 0.99  # chosen: five metrics are tested at once
 BLOCK = 2.0  # chosen: twice the interval of the RPE
@@ -100,14 +101,14 @@ class _Sample:
 
 class Baseline:
     """
-    Runs that others are compared with; they are scored once, however many these are.
+    Runs that others are compared with; they are scored once for all that have the same frames.
 
     :param runs: name of the recording -> its run.
     """
 
     def __init__(self, runs: Mapping[str, Run]) -> None:
         self.runs = runs
-        self._scores: dict[str, Mapping[Metric, Values]] = {}
+        self._scores: dict[tuple[str, frozenset[int]], Mapping[Metric, Values]] = {}
 
     def compare(self, candidate: Mapping[str, Run]) -> Comparison:
         """Return the changes to other runs."""
@@ -125,19 +126,43 @@ class Baseline:
             [name for name in candidate if name not in self.runs], differing)
 
     def _samples(self, name: str, candidate: Run) -> dict[Metric, _Sample]:
-        """Return the metrics that both runs have, at the frames that both have."""
-        first = self._values(name, candidate)
-        second = values_of(candidate, self.runs[name].ground_truth or candidate.ground_truth)
+        """
+        Return the metrics that both runs have, at the frames that both have.
+
+        Each trajectory is aligned over these frames alone: errors of the same frames are others
+        where it is aligned over more.
+        """
+        run = self.runs[name]
+        common = _stamps(run) & _stamps(candidate)
+        first = self._values(name, common, candidate.ground_truth)
+        second = values_of(_cut(candidate, common), run.ground_truth or candidate.ground_truth)
         return {metric: sample for metric in METRICS if metric in first and metric in second
                 and (sample := _sample(metric, first[metric], second[metric])) is not None}
 
-    def _values(self, name: str, candidate: Run) -> Mapping[Metric, Values]:
+    def _values(self, name: str, stamps: frozenset[int],
+                ground_truth: Trajectory | None) -> Mapping[Metric, Values]:
+        """
+        Return the values of a run at some of its frames.
+
+        :param ground_truth: where the run has none.
+        """
         run = self.runs[name]
         if run.ground_truth is None:  # the scores depend on that of the candidate
-            return values_of(run, candidate.ground_truth)
-        if name not in self._scores:
-            self._scores[name] = values_of(run, run.ground_truth)
-        return self._scores[name]
+            return values_of(_cut(run, stamps), ground_truth)
+        if (name, stamps) not in self._scores:
+            self._scores[name, stamps] = values_of(_cut(run, stamps), run.ground_truth)
+        return self._scores[name, stamps]
+
+
+def _stamps(run: Run) -> frozenset[int]:
+    return frozenset(record.stamp for record in run.records)
+
+
+def _cut(run: Run, stamps: frozenset[int]) -> Run:
+    """Return a run with the frames that have one of some stamps, itself where it has no other."""
+    if len(run.records) == len(stamps):
+        return run
+    return replace(run, records=[record for record in run.records if record.stamp in stamps])
 
 
 def _sample(metric: Metric, baseline: Values, candidate: Values) -> _Sample | None:

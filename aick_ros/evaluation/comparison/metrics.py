@@ -110,12 +110,13 @@ def values_of(run: Run, ground_truth: Trajectory | None) -> dict[Metric, Values]
 
 
 def _errors(errors: TrajectoryErrors) -> Iterator[tuple[Metric, Values]]:
-    """Yield the squared errors of a trajectory."""
+    """Yield the squared errors of a trajectory; one pose is aligned to any other, without ATE."""
     stamps = errors.estimate.stamps
     first, translations, rotations = errors.relative_from(1.0)
     yield RPE_TRANSLATION, _by_stamp(stamps[first], translations ** 2)
     yield RPE_ROTATION, _by_stamp(stamps[first], np.degrees(rotations) ** 2)
-    yield ATE, _by_stamp(stamps, errors.positions() ** 2)
+    if len(stamps) > 1:
+        yield ATE, _by_stamp(stamps, errors.positions() ** 2)
 
 
 def _by_stamp(stamps: np.ndarray, values: np.ndarray) -> Values:

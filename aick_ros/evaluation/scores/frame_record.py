@@ -49,6 +49,17 @@ class FrameRecord:
             len(update.matches), update.timing, update.increment, update.rejected)
 
 
+def is_level(records: Iterable[FrameRecord]) -> bool:
+    """
+    Return whether z of the odometry's frame is up, by an accelerometer.
+
+    Otherwise the frame is that of the camera at the start: the first tracked pose is the identity,
+    which no level pose is.
+    """
+    first = next((record for record in records if record.status.ok), None)
+    return first is not None and not np.allclose(first.pose.rotation, np.eye(3))
+
+
 def stages_of(records: Iterable[FrameRecord]) -> list[str]:
     """Return the stages of the odometry that were timed, in their order, ``total`` last."""
     stages = dict.fromkeys(stage for record in records for stage in record.timing)

@@ -96,6 +96,14 @@ def test_page_and_json_are_two_files(aick, replay):
     assert (outcome.code, outcome.sentence) == (2, '--json and --out are both x: name two files')
 
 
+def test_the_page_is_a_file(aick, tmp_path):
+    outcome = aick('compare', 'a', 'b', '--out', '-')
+    assert (outcome.code, outcome.sentence) == (
+        2, 'the page cannot go to standard output: give --out a file; --json - is for other '
+        'programs')
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_no_file_of_a_run_is_replaced(aick, replay):
     replay('a', '--limit', '3')
     for option in ('--json', '--out'):

@@ -6,6 +6,7 @@
 import dataclasses
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -153,6 +154,35 @@ def test_plots_are_drawn_for_odometry_and_gaps(evaluate, recording, tmp_path):
     assert [plot.name for plot in plots] == [
         'nees_gap_1.png', 'nees_gap_3.png', 'nees_odometry.png']
     assert all(cv2.imread(str(plot)).shape[1] > 1000 for plot in plots)
+
+
+def closed(*given, **named):
+    """Print where nobody reads."""
+    raise BrokenPipeError
+
+
+def test_files_are_written_where_nobody_reads_the_figures(
+        evaluate, recording, tmp_path, monkeypatch):
+    monkeypatch.setattr(evaluate_module, 'show', closed)
+    names = {'plots/nees_odometry.png', 'export/estimate.SQUARE', 'export/reference.SQUARE'}
+    files = ('--limit', '4', '--gaps', '1', '--plots', 'plots', '--export', 'export')
+    assert evaluate(recording, *files, '--json', 'figures.json').code == 141
+    assert all((tmp_path / name).is_file() for name in {*names, 'figures.json'})
+    monkeypatch.setattr(evaluate_module, 'write_json', closed)
+    shutil.rmtree(tmp_path / 'plots')
+    shutil.rmtree(tmp_path / 'export')
+    assert evaluate(recording, *files, '--json', '-').code == 141
+    assert all((tmp_path / name).is_file() for name in names)
+
+
+def test_figures_are_shown_where_plots_cannot_be_written(
+        evaluate, recording, tmp_path, monkeypatch):
+    def fail(folder, evaluation):
+        raise InputError('the disk is full')
+    monkeypatch.setattr(evaluate_module, 'write_plots', fail)
+    outcome = evaluate(recording, '--limit', '4', '--plots', 'p', '--json', 'figures.json')
+    assert (outcome.code, outcome.err.splitlines()[-1]) == (2, 'aick: the disk is full')
+    assert 'ATE' in outcome.out and (tmp_path / 'figures.json').is_file()
 
 
 def test_plots_are_checked_before_the_run(evaluate, recording, tmp_path, monkeypatch):

@@ -79,11 +79,22 @@ def test_the_plot_is_written(noise, tmp_path):
     assert cv2.imread(str(tmp_path / 'plots' / 'allan.png')).std() > 10
 
 
+@pytest.mark.parametrize('printing, target', [('show_imu_noise', 'a.json'), ('write_json', '-')])
+def test_the_plot_is_written_where_nobody_reads_the_figures(
+        noise, tmp_path, monkeypatch, printing, target):
+    def closed(*given, **named):
+        raise BrokenPipeError
+    monkeypatch.setattr(noise_module, printing, closed)
+    assert noise('--plots', tmp_path / 'plots', '--json', target).code == 141
+    assert (tmp_path / 'plots' / 'allan.png').is_file()
+
+
 def test_a_plot_that_cannot_be_written_is_named(noise, tmp_path):
     (tmp_path / 'plots' / 'allan.png').mkdir(parents=True)
     outcome = noise('--plots', tmp_path / 'plots')
     assert outcome.code == 2
     assert 'cannot write' in outcome.err
+    assert '/**:' in outcome.out  # the figures are not lost
 
 
 def test_motion_is_unusable_input(noise, samples):

@@ -248,6 +248,39 @@ def test_a_recording_that_breaks_off_leaves_whole_files(replay, recording, in_me
     assert summary(run)['ended'] == outcome.sentence
 
 
+def test_a_full_disk_ends_the_run_as_a_torn_recording_does(
+        replay, recording, monkeypatch, tmp_path):
+    add, added = RunFolder.add, []
+
+    def fail_later(folder, record):
+        if len(added) == 5:
+            raise InputError('cannot write frames.csv: No space left on device')
+        added.append(record)
+        add(folder, record)
+
+    monkeypatch.setattr(RunFolder, 'add', fail_later)
+    outcome, run = replay(recording, '--json', tmp_path / 'figures.json')
+    assert outcome.code == 2
+    assert outcome.sentence == 'cannot write frames.csv: No space left on device'
+    assert_whole(run, 5)
+    assert json.loads((tmp_path / 'figures.json').read_text()) == summary(run)
+    assert summary(run)['ended'] == outcome.sentence
+
+
+@pytest.mark.parametrize('name', ['summary.json', 'report.html'])
+def test_figures_on_another_disk_are_written_where_that_of_the_run_is_full(
+        replay, recording, monkeypatch, tmp_path, name):
+    def full(*given):
+        raise InputError(f'cannot write {name}: No space left on device')
+    if name == 'summary.json':
+        monkeypatch.setattr(RunFolder, 'write_summary', full)
+    else:
+        monkeypatch.setattr(replay_module, '_write_report', full)
+    outcome, _ = replay(recording, '--limit', '3', '--json', tmp_path / 'figures.json')
+    assert (outcome.code, name in outcome.sentence) == (2, True)
+    assert json.loads((tmp_path / 'figures.json').read_text())['frames'] == 3
+
+
 @pytest.mark.parametrize('damage', [True, False])
 def test_a_recording_without_frames_leaves_nothing(replay, recording, in_memory, damage, tmp_path):
     class Empty(in_memory):

@@ -95,3 +95,11 @@ def test_a_value_that_is_missing_is_named(tmp_path, name):
     assert str(outcome(path)) == (
         f'{path}: {name} has no value, which ROS rejects, too: give one, or remove the line; an '
         "empty text is ''")
+
+
+def test_a_second_document_is_not_ignored(tmp_path):
+    path = tmp_path / 'a.yaml'
+    path.write_text('/**:\n  ros__parameters: {features.max_keypoints: 500}\n---\n'
+                    '/**:\n  ros__parameters: {features.max_keypoints: 600}\n')
+    with pytest.raises(InputError, match=r'a\.yaml: it has a second document, .* in line 3: '):
+        read_settings_file(path)

@@ -55,8 +55,8 @@ def test_a_narrow_table_has_whole_names(capsys, monkeypatch, name):
     table('times', [[name, *8 * ['12.345']]], ['method', *8 * ['column']])
     printed = capsys.readouterr().out
     assert name[:24] in printed
-    assert all(len(line) <= 80 for line in printed.splitlines())
-    assert printed.count('2') == 8  # no cell is cut off
+    assert all(len(line) <= 24 + 8 * (2 + 6) for line in printed.splitlines())
+    assert printed.count('12.345') == printed.count('column') == 8
     assert printed.count('n') >= name.count('n')
 
 
@@ -69,6 +69,23 @@ def test_a_narrow_table_has_whole_words_in_its_last_column(capsys, monkeypatch, 
           ['', 'baseline', 'candidate', 'change', '95% interval', ''])
     printed = capsys.readouterr().out
     assert [printed.count(word) for word in ('worse', 'within', 'chance', 'tested')] == 4 * [1]
+
+
+@pytest.mark.parametrize('width', ['20', '40'])
+def test_a_narrow_table_has_whole_numbers_and_heads(capsys, monkeypatch, width):
+    monkeypatch.setenv('COLUMNS', width)
+    cells = ('0.01063 m', '0.02341 m', '+120.3 %', '-1.2 % to +230.0 %', 'within chance')
+    heads = ('', 'baseline', 'candidate', 'change', '99% interval', '')
+    table('runs', [['RPE over 1 s, translation', *cells]], heads)
+    words = capsys.readouterr().out.split()
+    assert {word for text in (*cells, *heads) for word in text.split()} <= set(words)
+
+
+def test_a_path_is_folded_where_it_is_wider_than_the_terminal(capsys, monkeypatch):
+    """It would make each line of the table longer than the terminal is wide."""
+    monkeypatch.setenv('COLUMNS', '60')
+    table('desk', [['frames', '30'], ['files', '/' + 'a/' * 50]])
+    assert all(len(row) <= 60 for row in capsys.readouterr().out.splitlines())
 
 
 @pytest.mark.parametrize('variable', ['FORCE_COLOR', 'TTY_COMPATIBLE'])

@@ -78,6 +78,31 @@ def test_a_disk_is_full_below_a_megabyte(monkeypatch, tmp_path, free, is_full):
     assert asked == [tmp_path]
 
 
+def test_a_disk_is_that_of_the_file_a_link_leads_to(monkeypatch, tmp_path):
+    asked = []
+    monkeypatch.setattr(viewer_module.shutil, 'disk_usage', lambda path: (
+        asked.append(path), SimpleNamespace(free=10 ** 9))[1])
+    (tmp_path / 'disk').mkdir()
+    os.mkfifo(tmp_path / 'disk' / 'pipe')
+    for name in ('y.rrd', 'pipe'):  # what /dev/stdout leads to may be a pipe without a folder
+        (tmp_path / 'x.rrd').symlink_to(f'disk/{name}')
+        viewer_module._is_full(tmp_path / 'x.rrd')
+        (tmp_path / 'x.rrd').unlink()
+    assert asked == [tmp_path / 'disk', tmp_path]
+
+
+def test_a_full_disk_is_looked_at_before_the_draft_is_removed(monkeypatch, tmp_path):
+    """Removed, it would leave space enough."""
+    monkeypatch.setattr(viewer_module.shutil, 'disk_usage', lambda path: SimpleNamespace(
+        free=0 if [file for file in tmp_path.iterdir() if file.stat().st_size] else 10 ** 9))
+    with pytest.raises(InputError, match='x.rrd: the disk is full$'):
+        with viewer('x', tmp_path / 'x.rrd', web=False) as stream:
+            stream.log('number', rerun.Scalars(1.0))
+            stream.flush()
+            raise RuntimeError('File-writer thread shut down prematurely')
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize('save, sentence', [
     (None, 'the viewer ended: it broke'), ('x.rrd', 'cannot write x.rrd: it broke')])
 def test_errors_of_rerun_are_a_sentence(monkeypatch, tmp_path, save, sentence):

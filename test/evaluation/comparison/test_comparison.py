@@ -223,6 +223,44 @@ def test_only_frames_of_both_runs_are_compared():
     assert (change.baseline, change.candidate) == (2.5, 4.0)
 
 
+def cut(run, frames):
+    """Return a run that ended after some frames, or lacks some between."""
+    return dataclasses.replace(run, records=run.records[frames])
+
+
+@pytest.mark.parametrize('frames', [slice(40), slice(70, None), slice(None, None, 2)])
+def test_the_same_path_has_the_same_errors_however_long_a_run_is(frames):
+    """Aligned over its own frames, each run would have errors of its own at common ones."""
+    name = NAMES[0]
+    whole, part = run(name), cut(run(name), frames)
+    for first, second in ((whole, part), (part, whole)):
+        comparison = Baseline({name: first}).compare({name: second})
+        assert {ATE, RPE_TRANSLATION, LOST} <= set(comparison.total)
+        for metric in METRICS:
+            assert comparison.total[metric].change == 0, metric
+        alone = Baseline({name: cut(run(name), frames)}).compare({name: cut(run(name), frames)})
+        assert comparison.total[ATE] == alone.total[ATE]
+
+
+@pytest.mark.parametrize('count', [1, 2])
+def test_a_single_common_frame_has_no_ate(count):
+    """Its error after alignment is that of rounding, and changes by any factor."""
+    name = NAMES[0]
+    total = Baseline({name: run(name)}).compare({
+        name: cut(run(name, scale=3.0), slice(count))}).total
+    assert (ATE in total) == (count == 2)
+    assert total[LOST].change == 0
+
+
+def test_a_baseline_is_scored_anew_for_candidates_of_other_lengths():
+    name = NAMES[0]
+    baseline = Baseline({name: run(name)})
+    for frames in (slice(None), slice(40), slice(None), slice(80, None)):
+        candidate = {name: cut(run(name, scale=2.0), frames)}
+        assert baseline.compare(candidate).to_json() == Baseline(
+            {name: run(name)}).compare(candidate).to_json()
+
+
 @pytest.mark.parametrize('change, low, high, verdict', [
     (0.011, 1e-9, 0.1, Verdict.WORSE), (0.01, 1e-9, 0.1, Verdict.CHANCE),
     (0.5, 0.0, 0.9, Verdict.CHANCE), (-0.011, -0.1, -1e-9, Verdict.BETTER),

@@ -3,13 +3,15 @@
 
 """Records against the updates they are of."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
 
-from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of, trajectory_of
+from aick_ros.evaluation.scores.frame_record import FrameRecord, is_level, stages_of, trajectory_of
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.odometry.inertial.level import level_orientation
 from aick_ros.registration.status import Status
 
 
@@ -41,3 +43,15 @@ def test_the_trajectory_has_a_pose_of_each_frame():
     assert trajectory.stamps.tolist() == [5, 8]
     np.testing.assert_array_equal(trajectory.poses[:, 0, 3], [1.0, 2.0])
     assert trajectory_of([]).poses.shape == (0, 4, 4)
+
+
+def test_only_a_frame_that_begins_with_another_pose_than_the_identity_is_level():
+    """What is before the first tracked frame has no pose of its own."""
+    lost = dataclasses.replace(record(), status=Status.BAD_FRAME)
+    assert not is_level([])
+    assert not is_level([lost])
+    assert not is_level([record(), record(x=1.0)])
+    for up in np.r_[np.eye(3), -np.eye(3)]:  # however the camera is held
+        pose = np.eye(4)
+        pose[:3, :3] = level_orientation(up)
+        assert is_level([lost, dataclasses.replace(record(), pose=PoseWithCovariance(pose))])
