@@ -131,6 +131,9 @@ class _Node:
             assert text
         return SimpleNamespace(info=log, warning=log)
 
+    def get_clock(self) -> Any:
+        return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=1))
+
 
 def _image(payload: bytes, encodings: tuple[str, ...], header: Any) -> Any:
     message = image_message(payload, encodings)
