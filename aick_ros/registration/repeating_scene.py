@@ -9,9 +9,10 @@ is one shelf from the right one, and at a few frames per second a hand may have 
 so far. So a registration far from the motion expected is refined once more, from that motion. If
 the same keypoints confirm both poses, the images do not tell them apart, and the motion model
 does: each is as likely as its acceleration. The variance of the choice adds to the covariance. If
-more keypoints confirm the second pose, it is the right one. So it is if depth agrees with the
-keypoints only there: those of the first one are on an object that moves. If depth contradicts it
-nevertheless, the depth of one of the frames is wrong, and neither pose is believed.
+more keypoints confirm the second pose, it is the right one. But if depth agrees with the keypoints
+of only one of the two, that one is right: those of the other are on an object that moves. If depth
+contradicts the second one nevertheless, the depth of one of the frames is wrong, and neither pose
+is believed.
 
 The motion that is expected may be wrong itself, by a mistake in the frame before. So it is taken
 as no more certain than that frame agreed with what had been expected of it.
@@ -91,6 +92,8 @@ class RepeatingSceneCheck:
         if (self._agreement.is_lost_by(found, target)
                 and self._agreement.is_better_by(other, found)):
             return _replaced(found, other)
+        if self._agreement.is_only_by(found, other, target):
+            return found
         confirming = FEWEST_TO_CONFIRM if found.tracks is None else found.support
         if other.is_contradicted and len(other.tracked) > confirming:
             return failed(Status.TOO_FEW_MATCHES, CONTRADICTION)

@@ -13,7 +13,8 @@ from __future__ import annotations
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.refinement import Refined
-from aick_ros.registration.result import Registration
+from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.result import Registration, SensorBias
 
 _UNUSUAL = 7.5
 """Ratio of the normalised square of a bias to what is usual, from which on it is unusual.
@@ -37,14 +38,26 @@ class SensorAgreement:
 
     def is_lost_by(self, found: Registration, target: PreparedFrame) -> bool:
         """Return whether keypoints and depth differ far more than usual by a registration."""
-        if found.bias is None or found.tracks is None:
-            return False
-        motion = found.tracks.displacement(target.frame.camera.fx)
-        usual = max(self._noise.usual_bias(motion), _LEAST_USUAL)
-        return found.bias.normalised > _UNUSUAL * usual
+        return self._is_lost(found.bias, found.tracks, target)
 
-    @staticmethod
-    def is_better_by(other: Refined, found: Registration) -> bool:
+    def is_better_by(self, other: Refined, found: Registration) -> bool:
         """Return whether both differ far less by another pose, which keypoints confirm."""
-        return (other.is_confirmed and other.bias is not None and found.bias is not None
-                and _BETTER * other.bias.normalised < found.bias.normalised)
+        return other.is_confirmed and _is_far_less(other.bias, found.bias)
+
+    def is_only_by(self, found: Registration, other: Refined, target: PreparedFrame) -> bool:
+        """Return whether both differ far less than by another pose, by which it is unusual."""
+        return (_is_far_less(found.bias, other.bias)
+                and self._is_lost(other.bias, other.tracked, target))
+
+    def _is_lost(self, bias: SensorBias | None, tracks: Tracks | None,
+                 target: PreparedFrame) -> bool:
+        if bias is None or tracks is None:
+            return False
+        motion = tracks.displacement(target.frame.camera.fx)
+        usual = max(self._noise.usual_bias(motion), _LEAST_USUAL)
+        return bias.normalised > _UNUSUAL * usual
+
+
+def _is_far_less(bias: SensorBias | None, than: SensorBias | None) -> bool:
+    return (bias is not None and than is not None
+            and _BETTER * bias.normalised < than.normalised)

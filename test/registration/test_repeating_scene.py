@@ -212,8 +212,10 @@ class Played:
         self.scene = RepeatingSceneCheck(SimpleNamespace(
             refine=lambda *given: self.asked.append(given) or self.other), SETTINGS.odometry,
             SimpleNamespace(is_lost_by=lambda *of: self.lost_by.append(of) or self.is_lost,
-                            is_better_by=lambda *of: self.better_by.append(of) or self.is_better))
+                            is_better_by=lambda *of: self.better_by.append(of) or self.is_better,
+                            is_only_by=lambda *of: self.only_by.append(of) or self.is_only))
         self.lost_by, self.better_by, self.is_lost, self.is_better = [], [], False, True
+        self.only_by, self.is_only = [], False
         self.target, self.source = made.prepared(10 ** 9), made.prepared(11 * 10 ** 8)
 
     def _measure(self):
@@ -305,6 +307,17 @@ def test_a_pose_where_keypoints_and_depth_agree_replaces_one_where_they_do_not(
         assert checked.reason == 'as told; 20 tracked where the motion continues'
     else:
         assert checked.T_target_source is found.T_target_source
+
+
+def test_a_pose_where_alone_keypoints_and_depth_agree_stays(made):
+    """However many more keypoints confirm the one expected, as those of an object that passes."""
+    played = Played(made, np.zeros(6), tracked=90)
+    played.is_only = True
+    found = played.found()
+    assert played.check(found, 0.26) is found
+    assert played.only_by == [(found, played.other, played.target)]
+    played.is_only = False
+    assert played.check(found, 0.26).T_target_source is played.other.T_target_source
 
 
 def test_a_far_likelier_pose_replaces_all_of_a_registration(made):

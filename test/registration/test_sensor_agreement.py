@@ -56,9 +56,23 @@ def test_another_pose_is_better_where_the_bias_is_a_fifth(
         made, normalised, tracked, contradicted, is_better):
     """And where keypoints confirm it, and no depths of theirs contradict it."""
     other = made.refined(tracked, bias=bias(normalised), is_contradicted=contradicted)
-    assert SensorAgreement.is_better_by(other, registration(made, 10.0)) == is_better
+    agreement = SensorAgreement(Usual(1.0))
+    assert agreement.is_better_by(other, registration(made, 10.0)) == is_better
 
 
 def test_a_pose_without_depth_is_not_better(made):
     other = SimpleNamespace(is_confirmed=True, bias=None)
-    assert not SensorAgreement.is_better_by(other, registration(made, 10.0))
+    assert not SensorAgreement(Usual(1.0)).is_better_by(other, registration(made, 10.0))
+
+
+@pytest.mark.parametrize('normalised, than, is_only', [
+    (3.0, 15.1, True), (3.1, 15.1, False), (2.0, 14.9, False)])
+def test_one_pose_alone_is_right_where_the_bias_of_the_other_is_unusual(
+        made, normalised, than, is_only):
+    """More than 7.5 times 2, and 5 times that of the one."""
+    agreement, target = SensorAgreement(Usual(1.0)), made.prepared(1)
+    found = registration(made, normalised)
+    assert agreement.is_only_by(found, made.refined(30, bias=bias(than)), target) == is_only
+    assert not agreement.is_only_by(found, made.refined(30, bias=None), target)
+    assert not agreement.is_only_by(
+        made.registration(tracks=made.tracks(30)), made.refined(30, bias=bias(than)), target)
