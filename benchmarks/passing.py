@@ -20,10 +20,10 @@ from collections.abc import Iterable, Iterator
 
 import cv2
 import numpy as np
+from at_rest import CAMERA
 
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.registration.status import Status
@@ -31,7 +31,6 @@ from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource, prints
 from aick_ros.sources.synthetic.renderer import Picture, Renderer
 from aick_ros.sources.synthetic.surfaces import Rectangle
 
-CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
 RATE = 30.0  # Hz
 DISTANCE = 1.2  # m, from the camera to the board
 HEIGHT = 1.3  # m, more than the view has there

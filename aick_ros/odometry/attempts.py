@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -61,7 +60,6 @@ class Attempts:
     def __init__(self, settings: Settings, registrar: Registrar,
                  expected: ExpectedMotion) -> None:
         self._min_matches = settings.odometry.min_matches
-        self._max_turn_rate = settings.odometry.max_turn_rate
         self._most_tracks = settings.refinement.max_tracks
         self._motion_model = MotionModel(settings.odometry)
         self._registrar = registrar
@@ -169,11 +167,11 @@ class Attempts:
         interval, count = attempt.increment.interval, attempt.registration.support
         sought = min(len(prepared.keypoints), self._most_tracks)
         if (not attempt.status.ok or attempt.registration.tracks is None
-                or interval * self._max_turn_rate < math.pi
+                or not self._motion_model.is_unlimited(interval)
                 or count >= _SHARE_RECOGNISED * sought):
             return attempt
         return replace(attempt, status=Status.TOO_FEW_MATCHES, reason=(
-            f'{count} of {sought} keypoints tracked, too few to tell the place after '
+            f'{count} of {sought} keypoints tracked, too few to recognise the place after '
             f'{interval:.1f} s'))
 
     def _check(self, registration: Registration, increment: Increment) -> tuple[Status, str]:

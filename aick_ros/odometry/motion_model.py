@@ -34,6 +34,10 @@ class MotionModel:
         """Return whether the velocity is still used some time [s] after it was measured."""
         return elapsed <= self._hold_time
 
+    def is_unlimited(self, elapsed: float) -> bool:
+        """Return whether the camera may have turned in any direction in some time [s]."""
+        return elapsed * self._max_turn_rate >= _HALF_TURN
+
     def predict(self, twist: np.ndarray | None, elapsed: float) -> PoseWithCovariance:
         """
         Return the motion of the camera since its velocity was measured.

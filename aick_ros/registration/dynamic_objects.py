@@ -77,7 +77,9 @@ class DynamicObjectCheck:
             return found
         rest = self._without_keypoints_of(found, source, target, expected)
         if is_contradicted and self._agreement.is_better_by(rest, found):
-            return _of_the_rest(found, self._of_all_near(rest, found, source, target))
+            near = self._of_all_near(rest, found, source, target)
+            return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
+                                f'depth agrees with {len(near.tracked)} others')
         if sudden <= 1.0:
             return found
         return self._by_vote(found, rest, source, target, PoseWithCovariance(
@@ -101,13 +103,11 @@ class DynamicObjectCheck:
         vote = pose_vote(source, target, found.T_target_source, second.matrix, self._sensor)
         if not _is_for_second(vote, sudden):
             return _doubted(found, second.matrix, vote)
+        reason = (f'{found.support} keypoints move by themselves, {vote.second:.0%} of the view '
+                  'shows another motion')
         return dataclasses.replace(
-            found, T_target_source=second.matrix, covariance=second.covariance,
-            systematic=np.zeros((6, 6)), matches=found.matches[:0], bias=rest.bias,
-            measure=None, tracks=rest.tracked, support=len(rest.tracked),
-            evidence=Evidence.DEPTH,
-            reason=f'{found.support} keypoints move by themselves, {vote.second:.0%} of the '
-                   'view shows another motion')
+            _of_the_rest(found, rest, reason), T_target_source=second.matrix,
+            covariance=second.covariance, systematic=np.zeros((6, 6)), evidence=Evidence.DEPTH)
 
     def _without_keypoints_of(self, found: Registration, source: PreparedFrame,
                               target: PreparedFrame, expected: np.ndarray) -> Refined:
@@ -135,14 +135,10 @@ def fuse(prior: PoseWithCovariance, measured: PoseWithCovariance) -> PoseWithCov
     return PoseWithCovariance(se3.perturbed(prior.matrix, step), update.covariance)
 
 
-def _of_the_rest(found: Registration, rest: Refined) -> Registration:
-    """Return a registration with the pose by keypoints with which depth agrees."""
-    return dataclasses.replace(
-        found, T_target_source=rest.T_target_source, covariance=rest.covariance,
-        systematic=rest.systematic, matches=found.matches[:0], bias=rest.bias, measure=None,
-        tracks=rest.tracked, support=len(rest.tracked),
-        reason=f'{found.support} keypoints move by themselves, depth agrees with '
-               f'{len(rest.tracked)} others')
+def _of_the_rest(found: Registration, rest: Refined, reason: str) -> Registration:
+    """Return a registration with the pose by other keypoints, from which nothing is learned."""
+    return dataclasses.replace(rest.applied_to(found, reason), matches=found.matches[:0],
+                               measure=None)
 
 
 def _is_for_second(vote: PoseVote, sudden: float) -> bool:

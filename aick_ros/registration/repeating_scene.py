@@ -146,9 +146,6 @@ def _likelier(found: Registration, other: Refined, share: float) -> Registration
 
 def _replaced(found: Registration, other: Refined) -> Registration:
     """Return a registration with another pose that keypoints confirm."""
-    return dataclasses.replace(
-        found, T_target_source=other.T_target_source, covariance=other.covariance,
-        systematic=other.systematic, matches=found.matches[:0], bias=other.bias,
-        measure=other.measure, tracks=other.tracked, support=len(other.tracked),
-        evidence=Evidence.KEYPOINTS,
-        reason=f'{found.reason}; {len(other.tracked)} tracked where the motion continues')
+    reason = f'{found.reason}; {len(other.tracked)} tracked where the motion continues'
+    return dataclasses.replace(other.applied_to(found, reason), matches=found.matches[:0],
+                               evidence=Evidence.KEYPOINTS)

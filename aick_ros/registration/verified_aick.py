@@ -211,8 +211,5 @@ def _confirmed(source: PreparedFrame, target: PreparedFrame, registration: Regis
         return _unverified(registration, source, target, len(refined.tracked))
     if refined.is_contradicted:
         return failed(Status.TOO_FEW_MATCHES, CONTRADICTION, registration.iterations)
-    return dataclasses.replace(
-        registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
-        systematic=refined.systematic, bias=refined.bias, support=len(refined.tracked),
-        tracks=refined.tracked, measure=refined.measure,
-        reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
+    return refined.applied_to(
+        registration, f'{registration.reason}, {len(refined.tracked)} keypoints tracked')

@@ -127,7 +127,7 @@ def test_a_place_is_told_by_enough_of_its_keypoints_where_nothing_else_tells_it(
         assert last.status is (Status.OK if is_recognised else Status.TOO_FEW_MATCHES)
         if not is_recognised:
             assert last.reason == (f'{support} of {min(keypoints, 400)} keypoints tracked, too '
-                                   f'few to tell the place after {after:.1f} s')
+                                   f'few to recognise the place after {after:.1f} s')
 
 
 def test_a_failure_or_a_pose_without_tracks_is_not_asked_for_its_keypoints(references):

@@ -10,7 +10,7 @@ iteration on SE(3) with robust weights, each residual in units of its own noise.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -32,7 +32,7 @@ from aick_ros.registration.refinement.residuals import (
     PRIOR, NormalEquations, PlaneResiduals, Residuals, contradict, point_to_plane, reprojection,
     track_depth, track_steps)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
-from aick_ros.registration.result import Measure, SensorBias
+from aick_ros.registration.result import Measure, Registration, SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 _COARSE_STEPS = 1  # chosen: iterations with wide robust weights, by the keypoints alone
@@ -86,6 +86,13 @@ class Refined:
     def is_confirmed(self) -> bool:
         """Support of the pose by enough keypoints, and by their depths."""
         return len(self.tracked) >= FEWEST_TO_CONFIRM and not self.is_contradicted
+
+    def applied_to(self, registration: Registration, reason: str) -> Registration:
+        """Return a registration with this pose and what supports it."""
+        return replace(
+            registration, T_target_source=self.T_target_source, covariance=self.covariance,
+            systematic=self.systematic, bias=self.bias, support=len(self.tracked),
+            tracks=self.tracked, measure=self.measure, reason=reason)
 
 
 class Refinement:
