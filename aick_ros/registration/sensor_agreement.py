@@ -20,8 +20,9 @@ _UNUSUAL = 7.5
 """Ratio of the normalised square of a bias to what is usual, from which on it is unusual.
 
 Chosen: while nothing moves but the camera, ratios are up to 5 on seven rendered cameras that are
-registered well, with an object 10 to 250. On two excerpts of real recordings 3 of 242 registrations
-exceed it, by 10 at most; where depth is registered wrongly up to one of ten, until that is known."""
+registered well, with an object 10 to 250. On two excerpts of real recordings 3 of 242
+registrations exceed it, with 10 at most; where depth is registered wrongly up to one of ten does,
+until that is known."""
 
 _LEAST_USUAL = 2.0  # chosen: normalised square that is usual anyway; noise alone gives 1
 _BETTER = 5.0  # chosen: ratio of the squares by which a pose agrees clearly better than another
