@@ -86,7 +86,7 @@ class RgbdFrame:
 
         Those that are not constant are copied: many cameras write the next images over these ones.
         """
-        colour = self.colour if _is_constant(self.colour) else np.array(self.colour)
+        colour = self.colour if _is_constant(self.colour) else np.array(self.colour, order='C')
         depth = self.depth if _is_constant(self.depth) and _is_valid(self.depth) else _valid(
             self.depth)
         if colour is self.colour and depth is self.depth:
@@ -104,8 +104,8 @@ class RgbdFrame:
 
 
 def _is_constant(image: np.ndarray) -> bool:
-    """Return whether an array has memory of its own that nobody writes to."""
-    return image.base is None and not image.flags.writeable
+    """Return whether an array has memory of its own, row by row, that nobody writes to."""
+    return image.base is None and image.flags.c_contiguous and not image.flags.writeable
 
 
 def _is_valid(depth: np.ndarray) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.frames.depth import filled
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
@@ -95,6 +96,18 @@ def test_a_view_of_an_array_that_is_filled_again_is_copied():
     owned = RgbdFrame(0, colour, DEPTH.copy(), CAMERA).handed_over().owned()
     data[0] ^= 255
     assert owned.colour[0, 0, 0] == COLOUR[0, 0, 0] != colour[0, 0, 0]
+
+
+def test_images_that_lie_column_by_column_are_copied_row_by_row():
+    """As of a camera that is mounted on its side, whose images are turned."""
+    depth = np.random.default_rng(2).uniform(1.0, 2.0, (640, 480)).astype(np.float32)
+    frames = [RgbdFrame(0, np.asfortranarray(grey), np.asfortranarray(depth.T), CAMERA)
+              for grey in 2 * (COLOUR[..., 0],)]
+    for owned in (frames[0].handed_over().owned(), frames[1].owned()):
+        for image in (owned.colour, owned.depth):
+            assert image.flags.c_contiguous and not image.flags.writeable
+        np.testing.assert_array_equal(owned.depth, depth.T)
+        assert filled(owned.depth).shape == owned.depth.shape
 
 
 def test_depth_that_no_camera_measures_is_none():
