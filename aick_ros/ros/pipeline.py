@@ -240,18 +240,20 @@ class Pipeline:
     def _register(self, arrival: Arrival, preparation: Preparation) -> None:
         camera_frame, stamp = arrival.camera_frame, preparation.frame.stamp
         T_base_camera = self._extrinsics.camera_in_base(camera_frame, stamp)  # waits for /tf
-        samples = self._imu.samples(camera_frame, stamp)
+        start = self._start.pose(stamp)
+        samples = self._imu.samples(camera_frame, stamp)  # once: nothing rejects the frame now
         if samples is not None:
             preparation.add_imu(samples)
-        mount = self._extrinsics.camera_mount(camera_frame)
-        start = self._start.pose(stamp)
         if start is not None:
             self._base.reset(start)
+        mount = self._extrinsics.camera_mount(camera_frame)
         if self._guess is None:
             update = self._odometry.register(preparation, T_base_camera=T_base_camera)
         else:
             update = self._odometry.register(
                 preparation, partial(self._guess.camera_motion, camera_frame), T_base_camera)
+        if update.status.ok:
+            self._start.cancel()
         self._camera_report.update(self._odometry.misalignment, self._odometry.distortion)
         base = self._base.update(update, T_base_camera, mount)
         if base is not None:

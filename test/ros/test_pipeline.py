@@ -469,6 +469,48 @@ def test_with_a_guess_it_starts_there(make, monkeypatch):
     np.testing.assert_allclose(made.poses[-1], T_guess_base, atol=1e-9)
 
 
+def test_with_a_guess_it_starts_where_that_is_at_the_first_frame_that_is_tracked(
+        make, monkeypatch):
+    """A robot drives through the dark, by its wheels."""
+    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
+    monkeypatch.setattr(made.pipeline._guess, 'T_guess_base', lambda stamp: se3.exp(
+        [(stamp - STAMP) / 1e9, 0, 0, 0, 0, 0]))
+    made.camera.status = Status.TOO_FEW_KEYPOINTS
+    made.see(STAMP, STAMP + 1000 * MS)
+    made.camera.status = Status.FIRST_FRAME
+    made.see(STAMP + 2000 * MS)
+    made.camera.status = Status.OK
+    made.see(STAMP + 3000 * MS)
+    for pose in made.poses[-2:]:
+        np.testing.assert_allclose(pose[:3, 3], [2, 0, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize('missing', ['guess', 'imu'])
+def test_a_frame_that_waits_at_the_start_takes_nothing_from_the_next_one(
+        make, monkeypatch, missing):
+    """Neither the samples of an IMU since the start, nor the pose to start at."""
+    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
+    is_missing, waiting = [True], [1, 2]
+
+    def T_guess_base(stamp):
+        is_there = missing != 'guess' or not is_missing
+        return se3.exp([(stamp - STAMP) / 1e9, 0, 0, 0, 0, 0]) if is_there else None
+
+    def samples(camera_frame, stamp):
+        if missing == 'imu' and is_missing:
+            raise InputError('no transform')
+        taken, waiting[:] = [*waiting], []
+        return taken
+    monkeypatch.setattr(made.pipeline._guess, 'T_guess_base', T_guess_base)
+    monkeypatch.setattr(made.pipeline._imu, 'samples', samples)
+    made.see(STAMP)
+    assert made.poses == made.camera.imu == []
+    is_missing.clear()
+    made.see(STAMP + 1000 * MS)
+    assert made.camera.imu == [[1, 2]]
+    np.testing.assert_allclose(made.poses[-1][:3, 3], [1, 0, 0], atol=1e-9)
+
+
 @pytest.mark.parametrize('status', Status)
 def test_each_frame_that_was_not_registered_is_warned_of(make, status):
     made = make()

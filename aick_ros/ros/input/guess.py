@@ -145,24 +145,27 @@ class StartByGuess:
         self._is_pending = self._guess is not None
 
     def cancel(self) -> None:
-        """Start where the odometry is."""
+        """Go on where the odometry is: it has started, or been placed."""
         self._is_pending = False
 
     def pose(self, stamp: int) -> PoseWithCovariance | None:
         """
         Return the pose to start at with the frame of a stamp [ns]; None: where the odometry is.
 
+        It is that of each frame until :meth:`cancel`: the first ones may be lost.
+
         :raises InputError: while the guess is not known; after 5 s it is no longer waited for.
         """
         if not self._is_pending or self._guess is None:
             return None
         T_guess_base = self._guess.T_guess_base(stamp)
-        if T_guess_base is None:
-            if self._since is None or stamp < self._since:  # a bag that loops begins anew
-                self._since = stamp
-            if stamp - self._since < _LONGEST_WAIT_AT_START:
-                raise InputError(
-                    f'the odometry starts at the pose in guess_frame_id = {self._frame!r}, which '
-                    'is not known yet: publish it on /tf, or set initial_pose')
+        if T_guess_base is not None:
+            return PoseWithCovariance(T_guess_base)
+        if self._since is None or stamp < self._since:  # a bag that loops begins anew
+            self._since = stamp
+        if stamp - self._since < _LONGEST_WAIT_AT_START:
+            raise InputError(
+                f'the odometry starts at the pose in guess_frame_id = {self._frame!r}, which '
+                'is not known yet: publish it on /tf, or set initial_pose')
         self._is_pending = False
-        return None if T_guess_base is None else PoseWithCovariance(T_guess_base)
+        return None
