@@ -90,5 +90,10 @@ class PreparedFrame:
         return changed
 
     def is_blurred_beside(self, other: PreparedFrame) -> bool:
-        """Return whether the image is blurred beyond use, if that of another frame is not."""
-        return self.sharpness.is_blurred_beside(other.sharpness)
+        """
+        Return whether the image is blurred beyond use, if that of another frame is not.
+
+        Those of two sizes are not compared: one that was enlarged has less detail.
+        """
+        return (self.grey.shape == other.grey.shape
+                and self.sharpness.is_blurred_beside(other.sharpness))

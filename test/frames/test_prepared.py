@@ -51,6 +51,15 @@ def test_a_blurred_image_is_blurred_beside_that_of_another_frame_and_not_the_oth
     assert sharp.sharpness == Sharpness.of(noise)
 
 
+def test_an_image_of_another_size_is_not_blurred_beside_it():
+    """As of a camera that enlarges its images from now on."""
+    noise = np.random.default_rng(0).integers(0, 256, (120, 160)).astype(np.uint8)
+    small, large = (PreparedFrame(None, None, image) for image in (
+        noise, cv2.resize(noise, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC)))
+    assert large.sharpness.is_blurred_beside(small.sharpness)
+    assert not large.is_blurred_beside(small)
+
+
 def test_its_stamp_is_that_of_its_colour_image():
     assert PreparedFrame(SimpleNamespace(stamp=7, depth_stamp=9), None, None).stamp == 7
 
