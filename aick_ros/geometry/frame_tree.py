@@ -20,6 +20,7 @@ LARGEST_GAP = NANOSECONDS // 2
 
 _HISTORY = 10 * NANOSECONDS  # of a dynamic link, as tf2 keeps by default
 _MAX_SAMPLES = 20_000  # of a dynamic link: the whole history at 2 kHz
+_MAX_LINKS = 10_000  # dynamic ones; chosen: some publishers name each object that they see anew
 _REST_DISTANCE = 1e-3  # metres within which a dynamic link rests; chosen
 _REST_ANGLE = math.radians(0.1)  # likewise; chosen: above a step of an encoder of 12 bits
 
@@ -115,12 +116,16 @@ class FrameTree:
         Add a sample of a dynamic link.
 
         :param stamp: [ns]; one that is not newer than the last is ignored, one that goes back by
-            more than ``RESTART_AFTER`` (a clock set back) clears the history of the link.
+            more than ``RESTART_AFTER`` (a clock set back) clears the history of the link. Of too
+            many links, the one that has had no sample for the longest is forgotten.
         """
-        link = self._dynamic.get(child)
+        link = self._dynamic.pop(child, None)
         if link is None or link.parent != parent or link.restarts_at(stamp):
-            link = self._dynamic[child] = _DynamicLink(parent)
+            link = _DynamicLink(parent)
+        self._dynamic[child] = link  # behind those that have had none for longer
         link.add(stamp, T_parent_child)
+        if len(self._dynamic) > _MAX_LINKS:
+            del self._dynamic[next(iter(self._dynamic))]
 
     def has_link(self, parent: str, child: str) -> bool:
         """Return whether there is a link of these two, static or dynamic."""

@@ -79,6 +79,18 @@ def test_older_samples_are_dropped_and_their_number_is_bounded(tree):
     assert tree.find('base', 'mast', 30 * SECOND).gap == 30_000
 
 
+def test_of_ever_new_frames_those_without_samples_for_long_are_forgotten(tree):
+    """A publisher that gives each object it sees a frame of its own, beside a mast that turns."""
+    count, at_rest = 12_000, pose(4)
+    for i in range(count):
+        if i % 1000 == 0:
+            tree.add_sample('base', 'mast', i, at_rest)
+        tree.add_sample('base', f'object_{i}', i, at_rest)
+    known = [i for i in range(count) if tree.find('base', f'object_{i}', count)]
+    assert known == list(range(count - 9_999, count))
+    assert tree.find('base', 'mast', 0).gap == 0
+
+
 def test_samples_that_are_not_newer_are_ignored(tree):
     for seconds, seed in ((10, 1), (11, 2), (10.5, 3), (11, 4)):
         tree.add_sample('base', 'mast', round(seconds * SECOND), pose(seed))
