@@ -104,7 +104,7 @@ class OdomLifecycleNode(LifecycleNodeMixin, ParameterNode):
         self._entities = Entities(self)
         try:
             self._pipeline = Pipeline(self, settings.own, settings.core)
-        except InputError:
+        except Exception:  # as of a defect: nothing else would destroy them
             self._entities.destroy()
             raise
         self._pipeline.start()

@@ -83,11 +83,11 @@ def entities(node):
         node.publishers, node.subscriptions, node.services, node.timers)]
 
 
-def fails_twice(node, trigger):
+def fails_twice(node, trigger, how=FAILURE):
     """Check that a transition fails twice in the same way, as the first time leaves nothing."""
     before = entities(node)
     for _ in range(2):
-        assert trigger() is FAILURE
+        assert trigger() is how
         assert entities(node) == before
 
 
@@ -199,18 +199,20 @@ def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames):
     assert 'Traceback' not in node.log
 
 
+@pytest.mark.parametrize('error, how', [
+    (InputError('no such vocabulary'), FAILURE), (ZeroDivisionError('of ours'), ERROR)])
 def test_what_was_made_before_a_configuration_fails_is_destroyed(
-        make, monkeypatch, capfd):
+        make, monkeypatch, capfd, error, how):
     def pipeline(node, *_):
         node.create_timer(1000.0, print)
         node.create_subscription(Transition, 'rgb/image', print, 1)
         node.create_service(ChangeState, '~/reset_odom', print)
-        raise InputError('no such vocabulary')
+        raise error
 
     monkeypatch.setattr(odom_lifecycle_node, 'Pipeline', pipeline)
     node = make()
-    fails_twice(node, node.trigger_configure)
-    assert 'no such vocabulary' in capfd.readouterr().err
+    fails_twice(node, lambda: node.on_configure(None), how)
+    assert str(error) in capfd.readouterr().err
 
 
 class Pipeline:
