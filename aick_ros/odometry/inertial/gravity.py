@@ -206,8 +206,7 @@ class Gravity:
         force = self._first_force(stamp)
         if force is not None:
             self._filter = GravityFilter(
-                self._settings, measured.rotation @ force, _variance(force) * np.eye(3),
-                measured.translation, measured.covariance[:3, :3])
+                self._settings, force, _variance(force) * np.eye(3), measured)
 
     def _first_force(self, stamp: int) -> np.ndarray | None:
         """Return the mean force before a frame, 3, in its axes; None: it is not known."""

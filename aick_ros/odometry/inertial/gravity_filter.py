@@ -22,6 +22,7 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.geometry import se3
 from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, measured
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.inertial.force_integral import Impulse
 from aick_ros.odometry.inertial.level import Direction
 from aick_ros.settings import ImuSettings
@@ -43,18 +44,22 @@ class GravityFilter:
     Estimate of position, velocity, gravity and bias, with covariance.
 
     :param settings: noise of the accelerometer.
-    :param gravity: first value, 3, upwards [m/s^2]; its covariance, 3x3.
-    :param position: where the camera is, 3 [m]; its covariance, 3x3.
+    :param force: first one, 3, in the axes of the camera [m/s^2]: gravity, and the bias.
+    :param acceleration: 3x3, covariance of what else is in it, in the axes of the poses.
+    :param pose: of the camera there, with its covariance.
     """
 
-    def __init__(self, settings: ImuSettings, gravity: np.ndarray, gravity_covariance: np.ndarray,
-                 position: np.ndarray, position_covariance: np.ndarray) -> None:
+    def __init__(self, settings: ImuSettings, force: np.ndarray, acceleration: np.ndarray,
+                 pose: PoseWithCovariance) -> None:
         self.configure(settings)
-        self.values = np.concatenate([position, np.zeros(3), gravity, np.zeros(3)])
+        self.values = np.concatenate([np.zeros(6), pose.rotation @ force, np.zeros(3)])
+        bias = settings.accelerometer_bias_sigma ** 2
         self.covariance = np.zeros((12, 12))
-        self.covariance[_G, _G] = gravity_covariance
-        self.covariance[_B, _B] = settings.accelerometer_bias_sigma ** 2 * np.eye(3)
-        self.place(position, position_covariance)
+        self.covariance[_G, _G] = acceleration + bias * np.eye(3)
+        self.covariance[_B, _B] = bias * np.eye(3)
+        self.covariance[_G, _B] = -bias * pose.rotation  # what is bias in the force is no gravity
+        self.covariance[_B, _G] = self.covariance[_G, _B].T
+        self.place(pose.translation, pose.covariance[:3, :3])
         self._hold_length()
 
     def configure(self, settings: ImuSettings) -> None:

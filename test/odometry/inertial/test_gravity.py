@@ -118,7 +118,7 @@ def test_an_accelerometer_beside_the_camera_is_where_it_is_said_to_be():
                           START + 30 * NANOSECONDS, exact, np.random.default_rng(0))
     found = [np.abs(follow(each, seconds=30, drift=0.0)[1].bias).max()
              for each in (samples, dataclasses.replace(samples, position=place))]
-    assert found[1] < 0.02 < 0.06 < found[0]
+    assert found[1] < 0.03 < 0.06 < found[0]
 
 
 def test_at_rest_noise_alone_tilts_the_start():

@@ -150,14 +150,14 @@ def test_samples_are_added_and_their_clock_is_known(play):
 def test_the_filter_begins_with_the_force_in_the_axes_of_the_frame(play):
     """As uncertain as a hand accelerates, and as the force differs from gravity."""
     played = play()
-    (settings, up, uncertainty, position, errors), = [one.made_with for one in played.filters]
+    (settings, force, uncertainty, pose), = [one.made_with for one in played.filters]
     measured = REFERENCE.matrix @ SEEN[0]
     assert settings is SETTINGS
-    np.testing.assert_allclose(up, measured.rotation @ FORCE)
+    np.testing.assert_allclose(force, FORCE)
     np.testing.assert_allclose(uncertainty, np.eye(3) * (
         0.5 ** 2 + (np.linalg.norm(FORCE) - GRAVITY) ** 2))
-    np.testing.assert_allclose(position, measured.translation)
-    np.testing.assert_allclose(errors, measured.covariance[:3, :3])
+    np.testing.assert_allclose(pose.matrix, measured.matrix)
+    np.testing.assert_allclose(pose.covariance, measured.covariance)
     # and shows the frame what is up at once
     assert played.kinds() == ['recent', 'approach']
 
@@ -298,8 +298,8 @@ def test_a_restart_keeps_the_level_frame_and_measures_anew(play):
     assert played.gravity.start is not None
     played.update(2.0, SEEN[1])
     assert played.kinds() == ['recent', 'approach'] and len(played.filters) == 2
-    np.testing.assert_allclose(played.filters[1].made_with[3],
-                               (REFERENCE.matrix @ SEEN[1]).translation)
+    np.testing.assert_allclose(played.filters[1].made_with[3].matrix,
+                               (REFERENCE.matrix @ SEEN[1]).matrix)
 
 
 def test_switched_off_on_the_way_it_measures_no_more(play):
