@@ -30,7 +30,7 @@ from aick_ros.settings import ImuSettings
 GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]; by definition."""
 
-_GRAVITY_VARIANCE = np.array([[0.02 ** 2]])
+_GRAVITY_VARIANCE = 0.02 ** 2
 """Variance of its length [m^2/s^4]; derived: from the equator to the poles it is 9.78 to 9.83."""
 
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
@@ -124,10 +124,11 @@ class GravityFilter:
 
     def _hold_length(self) -> None:
         """
-        Update by the length of gravity, which is known.
+        Let the length of gravity be as certain as it is known, and no more, however often.
 
         An error e across gravity makes it longer by e^2 / 2 g, with a mean and a variance of its
-        own (second-order filter, Bar-Shalom 2001, section 10.3).
+        own (second-order filter, Bar-Shalom 2001, section 10.3). It is the same in all frames: as
+        a new measurement in each it would seem certain, however far the start is tilted.
         """
         gravity = self.gravity
         length = math.hypot(*gravity)
@@ -136,8 +137,12 @@ class GravityFilter:
         projection = np.eye(3) - np.outer(gravity, gravity) / length ** 2
         across = projection @ self.covariance[_G, _G] @ projection
         longer = float(np.trace(across)) / (2.0 * length)
-        variance = float(np.vdot(across, across)) / (2.0 * length ** 2)
-        estimate = measured(self.values, self.covariance, row, _GRAVITY_VARIANCE + variance,
+        known = _GRAVITY_VARIANCE + float(np.vdot(across, across)) / (2.0 * length ** 2)
+        variance = float(np.squeeze(row @ self.covariance @ row.T))
+        if variance <= known:
+            return
+        noise = np.array([[variance * known / (variance - known)]])  # that leaves what is known
+        estimate = measured(self.values, self.covariance, row, noise,
                             np.array([GRAVITY - length - longer]))
         if estimate is not None:
             self.values, self.covariance = estimate

@@ -107,6 +107,17 @@ def test_the_length_of_gravity_stays_known_while_its_direction_is_found():
         assert up @ estimate.covariance[6:9, 6:9] @ up <= 0.0205 ** 2
 
 
+def test_the_length_of_gravity_is_no_new_measurement_in_each_frame():
+    """Against a start that is tilted by far, where it is not linear in the error."""
+    angles = []
+    for seed in range(20):
+        estimate, gravity, *_ = follow(np.random.default_rng(seed), first_sigma=1.0)
+        up = estimate.up.vector
+        assert up @ estimate.covariance[6:9, 6:9] @ up > 0.01 ** 2
+        angles.append(np.degrees(np.arccos(up @ gravity / GRAVITY)))
+    assert np.sqrt(np.mean(np.square(angles))) < 0.25
+
+
 def test_a_position_that_noise_does_not_give_is_not_used():
     estimate, gravity, _, agreed = follow(np.random.default_rng(2), sudden=[60])
     assert not agreed[60]
