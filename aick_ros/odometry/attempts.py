@@ -60,7 +60,7 @@ class Attempts:
     def __init__(self, settings: Settings, registrar: Registrar,
                  expected: ExpectedMotion) -> None:
         self._min_matches = settings.odometry.min_matches
-        self._most_tracks = settings.refinement.max_tracks
+        self._refinement = settings.refinement
         self._motion_model = MotionModel(settings.odometry)
         self._registrar = registrar
         self._expected = expected
@@ -165,7 +165,7 @@ class Attempts:
         exclude nothing. A few keypoints of another place are always somewhat alike.
         """
         interval, count = attempt.increment.interval, attempt.registration.support
-        sought = min(len(prepared.keypoints), self._most_tracks)
+        sought = self._refinement.sought(len(prepared.keypoints))
         if (not attempt.status.ok or attempt.registration.tracks is None
                 or not self._motion_model.is_unlimited(interval)
                 or count >= _SHARE_RECOGNISED * sought):

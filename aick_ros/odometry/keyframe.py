@@ -52,8 +52,7 @@ class KeyframePolicy:
         self._settings = settings.odometry
         self._tracks = settings.odometry.aick_interval > 1
         self._largest_growth = _LARGEST_TRACKED_GROWTH if self._tracks else _LARGEST_GROWTH
-        refined = settings.refinement.mode != 'none'
-        self._max_support = settings.refinement.max_tracks if refined else np.inf
+        self._refinement = settings.refinement
         self.begin()
 
     def begin(self) -> None:
@@ -61,30 +60,29 @@ class KeyframePolicy:
         self._variances: tuple[float, float, float] | None = None
         self._first_overlap = 0, 0.0  # with the stamp of the depth image
 
-    def keeps(self, prepared: PreparedFrame, registration: Registration, sought: int) -> bool:
+    def keeps(self, prepared: PreparedFrame, registration: Registration, count: int) -> bool:
         """
         Return whether the keyframe that a frame was registered to serves for the next one.
 
-        :param sought: number of keypoints of which some support the registration.
+        :param count: number of keypoints of which some support the registration.
         """
-        return self._variances_with(prepared, registration, sought) is not None
+        return self._variances_with(prepared, registration, count) is not None
 
-    def advance(self, prepared: PreparedFrame, registration: Registration, sought: int) -> bool:
+    def advance(self, prepared: PreparedFrame, registration: Registration, count: int) -> bool:
         """Return what :meth:`keeps` does, and advance to the frame, if it does."""
-        variances = self._variances_with(prepared, registration, sought)
+        variances = self._variances_with(prepared, registration, count)
         self._variances = variances or self._variances
         return variances is not None
 
     def _variances_with(self, prepared: PreparedFrame, registration: Registration,
-                        sought: int) -> tuple[float, float, float] | None:
+                        count: int) -> tuple[float, float, float] | None:
         """
         Return variances of the registrations to a keyframe; None: it has served.
 
         They are that of the first one by noise, that of the frame, and that of one step.
         """
-        possible = min(sought, self._max_support)
-        if (self._settings.reference == 'previous'
-                or registration.support < self._settings.min_overlap * possible):
+        if (self._settings.reference == 'previous' or registration.support
+                < self._settings.min_overlap * self._refinement.sought(count)):
             return None
         noise = scene_variance(prepared, registration.unbiased_pose.covariance)
         variance = scene_variance(prepared, registration.image_pose.covariance)

@@ -141,5 +141,5 @@ def _is_tracked(registration: Registration, source: PreparedFrame, settings: Set
     """Return whether the image confirms a registration."""
     if not registration.status.ok or registration.tracks is None:
         return False
-    possible = min(len(source.keypoints), settings.refinement.max_tracks)
-    return registration.support >= _MIN_TRACKED * possible
+    sought = settings.refinement.sought(len(source.keypoints))
+    return registration.support >= _MIN_TRACKED * sought

@@ -40,7 +40,7 @@ class TrackedKeypoints:
 
     def __init__(self, settings: Settings, refinement: Refinement) -> None:
         self._refinement = refinement
-        self._most_tracks = settings.refinement.max_tracks
+        self._settings = settings.refinement
         self._sudden = sudden_accelerations(settings.odometry)
 
     def register(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
@@ -56,7 +56,7 @@ class TrackedKeypoints:
             return source, failed(Status.TOO_FEW_MATCHES, 'the images differ in size')
         predicted = Prediction.of(expected, source.twist, elapsed)
         refined = self._refinement.refine_back(source, target, expected, predicted)
-        tracks, sought = refined.tracked, min(len(target.keypoints), self._most_tracks)
+        tracks, sought = refined.tracked, self._settings.sought(len(target.keypoints))
         reason = f'{len(tracks)} keypoints tracked from the keyframe'
         if len(tracks) < FEWEST_TO_CONFIRM:
             return source, failed(Status.TOO_FEW_MATCHES, f'{reason}, of {sought}')

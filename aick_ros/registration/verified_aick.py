@@ -60,7 +60,7 @@ class VerifiedAick:
                  detector: Detector | None = None) -> None:
         self._aick = aick
         self._times = times
-        self._most_tracks = settings.refinement.max_tracks
+        self._settings = settings.refinement
         self._refinement = Refinement(settings.refinement, settings.sensor, noise, misalignment)
         agreement = SensorAgreement(noise)
         self._repeating_scene = RepeatingSceneCheck(
@@ -136,7 +136,7 @@ class VerifiedAick:
             return (_confirmed(source, target, aligned, refined) if refined.is_confirmed
                     else self._refine(source, target, aligned, predicted))
         # as many as confirm a frame by tracking alone: the pose expected led to this one, too
-        if len(refined.tracked) < SHARE_TRACKED * self._sought(source):
+        if len(refined.tracked) < SHARE_TRACKED * self._settings.sought(len(source.keypoints)):
             return aligned
         return _confirmed(source, target, dataclasses.replace(
             aligned, status=Status.OK, reason='by tracking'), refined)
@@ -182,12 +182,9 @@ class VerifiedAick:
         """Return the refinement of a guessed pose; the failure if tracks do not confirm it."""
         registration = self._refine(source, target, dataclasses.replace(
             failure, status=Status.OK, T_target_source=guess, reason='by constant velocity'))
-        fewest = max(FEWEST_TO_CONFIRM, _SHARE_GUESSED * self._sought(source))
+        sought = self._settings.sought(len(source.keypoints))
+        fewest = max(FEWEST_TO_CONFIRM, _SHARE_GUESSED * sought)
         return registration if registration.support >= fewest else failure
-
-    def _sought(self, source: PreparedFrame) -> int:
-        """Return how many keypoints are tracked, if all are found."""
-        return min(len(source.keypoints), self._most_tracks)
 
 
 def _unverified(registration: Registration, source: PreparedFrame, target: PreparedFrame,

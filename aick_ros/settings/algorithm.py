@@ -127,6 +127,10 @@ class RefinementSettings(Checked):
         2.0, 'Normalised residual (in standard deviations) at which the robust weight is 1/4.',
         minimum=0.5, maximum=100.0)
 
+    def sought(self, count: int) -> int:
+        """Return how many of so many keypoints support a pose, if all are found."""
+        return count if self.mode == 'none' else min(count, self.max_tracks)
+
 
 @dataclass(frozen=True)
 class OdometrySettings(Checked):

@@ -73,3 +73,9 @@ def test_a_value_of_code_is_no_group_and_says_which_it_must_be():
     with pytest.raises(InputError) as raised:
         Settings(sensor=5)
     assert str(raised.value) == 'sensor = 5 is not of SensorSettings'
+
+
+@pytest.mark.parametrize('mode, count, sought', [
+    ('joint', 30, 30), ('keypoints', 50, 40), ('none', 50, 50)])
+def test_no_more_keypoints_support_a_pose_than_are_tracked(mode, count, sought):
+    assert RefinementSettings(mode=mode, max_tracks=40).sought(count) == sought

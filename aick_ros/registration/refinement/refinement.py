@@ -144,7 +144,7 @@ class Refinement:
         if tracks is None:
             tracks = self.first_tracks.of(source, target, T_target_source)
         refined = self._solve(source, target, tracks, T_target_source, predicted)
-        sought = min(len(source.keypoints), self._settings.max_tracks)
+        sought = self._settings.sought(len(source.keypoints))
         return refined, (len(tracks) >= _FEWEST_TO_IMPROVE
                          and len(refined.tracked) < _FEW_TRACKED * sought
                          and not self._is_small(tracks, target, T_target_source,

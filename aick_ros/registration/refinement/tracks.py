@@ -168,7 +168,7 @@ class Tracker:
         return Pyramid(frame.grey, self._settings.track_window, _LEVELS)
 
     def _windows_of(self, frame: PreparedFrame) -> Windows:
-        chosen = np.arange(min(len(frame.keypoints), self._settings.max_tracks))
+        chosen = np.arange(self._settings.sought(len(frame.keypoints)))
         return Windows.of(frame, chosen, self._settings.track_window, self._sensor)
 
 
