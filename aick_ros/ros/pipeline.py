@@ -26,6 +26,7 @@ from aick_ros.odometry import Odometry
 from aick_ros.odometry.base_odometry import BaseOdometry
 from aick_ros.registration.preparation import Preparation
 from aick_ros.ros.control import Control
+from aick_ros.ros.cutoff import Cutoff
 from aick_ros.ros.health.camera_report import CameraReport
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
@@ -38,7 +39,6 @@ from aick_ros.ros.input.imu import ImuInput
 from aick_ros.ros.input.rate_limit import RateLimit
 from aick_ros.ros.input.rgbd_images import require_messages
 from aick_ros.ros.input.transforms import Transforms
-from aick_ros.ros.interruption import Interruption
 from aick_ros.ros.load_shedding import Load, LoadShedding
 from aick_ros.ros.output.publisher import OdometryPublisher
 from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
@@ -106,10 +106,10 @@ class Pipeline:
             node, settings.odom_frame_id, self._odometry.local_map)
         self._camera_report = CameraReport(self._logger.info)
         self._expectations = Expectations(node, settings)
-        self._interruption = Interruption()
+        self._cutoff = Cutoff()
         self._control = Control(
             node, settings.odom_frame_id, self._reset,
-            lambda: self._interruption.begin(Count.SKIPPED_WHILE_PAUSED), self._set_pose)
+            lambda: self._cutoff.set(Count.SKIPPED_WHILE_PAUSED), self._set_pose)
         # from images to the queue
         self._rate_limit = RateLimit(settings.max_update_rate)
         self._core, self._arrived, self._shedding = core, 0, LoadShedding()
@@ -184,7 +184,7 @@ class Pipeline:
 
     def _is_ready(self, arrival: Arrival) -> bool:
         """Return whether a pair can be answered, or must not block the newest one, which can."""
-        if self._interruption.of(arrival.paired_at):
+        if self._cutoff.count_of(arrival.paired_at):
             return True
         images = self._images
         newest = None if images is None else images.newest
@@ -212,9 +212,9 @@ class Pipeline:
         It is not where a request came after it, and where the work fails, so that the next one
         follows.
         """
-        interrupted = self._interruption.of(arrival.paired_at)
-        if interrupted:
-            self._diagnostics.count(interrupted)
+        discarded_as = self._cutoff.count_of(arrival.paired_at)
+        if discarded_as:
+            self._diagnostics.count(discarded_as)
             return None
         stamp = arrival.pair.colour_stamp
         try:
@@ -273,7 +273,7 @@ class Pipeline:
     # Requests, done by the worker between two frames.
 
     def _reset(self, pose: PoseWithCovariance | None) -> None:
-        self._interruption.begin(Count.DROPPED_BY_RESET)
+        self._cutoff.set(Count.DROPPED_BY_RESET)
 
         def reset() -> None:
             self._odometry.reset()

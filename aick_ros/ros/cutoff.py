@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Requests that are for the frames after them: a pause and a reset."""
+"""Frames that are discarded, as a pause or a reset came after them."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ import time
 from aick_ros.ros.health.counts import Count
 
 
-class Interruption:
-    """The last request of that kind: frames that were waiting then are not answered."""
+class Cutoff:
+    """The time of the last pause or reset: what was paired before it is not answered."""
 
     def __init__(self) -> None:
         self._at, self._count = -math.inf, Count.DROPPED_BY_RESET
 
-    def begin(self, count: Count) -> None:
+    def set(self, count: Count) -> None:
         """
-        Interrupt the frames that have been paired so far.
+        Discard the frames that have been paired so far.
 
         :param count: what they are counted as.
         """
         self._count, self._at = count, time.monotonic()
 
-    def of(self, paired_at: float) -> Count | None:
+    def count_of(self, paired_at: float) -> Count | None:
         """
-        Return what a frame is counted as that is not answered; None where it is.
+        Return what a discarded frame is counted as; None where the frame is to be answered.
 
         :param paired_at: steady time [s].
         """
