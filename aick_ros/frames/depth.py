@@ -9,10 +9,14 @@ import numpy as np
 
 from aick_ros import kernels
 from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.median import median
 from aick_ros.settings import SensorSettings
 
 LEAST_RISE = 0.1  # chosen
 """Ratio by which the inverse depth rises at least at the edge of another surface."""
+
+_LEAST_SHARE = 0.01  # chosen: share of the pixels with depth that lie in the range of the sensor
+_STRIDE = 4  # chosen: every fourth row and column shows as much
 
 _LEAST_STEP = 0.5  # chosen: share of the rise within a pixel; at a crease it is spread over all
 
@@ -33,6 +37,23 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     kernels.sample_depth(image, pixels, sensor.depth_jump, sensor.min_depth, sensor.max_depth,
                          depths)
     return depths
+
+
+def shortage(image: np.ndarray, sensor: SensorSettings) -> str:
+    """
+    Return why hardly any depth of an image is in the range of the sensor, '' where enough is.
+
+    :param image: HxW float32 [m], NaN where invalid.
+    """
+    depths = image[::_STRIDE, ::_STRIDE]
+    depths = depths[np.isfinite(depths)]
+    if not len(depths):
+        return 'no pixel of the depth image has depth'
+    if np.mean((depths >= sensor.min_depth) & (depths <= sensor.max_depth)) >= _LEAST_SHARE:
+        return ''
+    return (f'depth is {median(depths):.3g} m in the median, outside of sensor.min_depth '
+            f'{sensor.min_depth:g} m to sensor.max_depth {sensor.max_depth:g} m: images of '
+            '32FC1 must be in metres, of 16UC1 in millimetres')
 
 
 def nearer_beside(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,

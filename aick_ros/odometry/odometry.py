@@ -13,6 +13,7 @@ import numpy as np
 
 from aick_ros.borders.values import required, required_method
 from aick_ros.features.detector import Detector
+from aick_ros.frames import depth
 from aick_ros.frames.depth_distortion import DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat, repeat_of
@@ -344,8 +345,10 @@ class Odometry:
         """Make a frame the first keyframe."""
         count, required = len(prepared.keypoints), self._settings.odometry.min_matches
         if count < required:
+            shortage = depth.shortage(prepared.frame.depth, self._settings.sensor)
+            reason = f'{count} keypoints with depth, at least {required} are required'
             return self._update(prepared, Status.TOO_FEW_KEYPOINTS,
-                                f'{count} keypoints with depth, at least {required} are required')
+                                f'{reason}: {shortage}' if shortage else reason)
         recovered, self._is_lost = self._is_lost, False
         self._confirmed = prepared.stamp
         if not self._is_placed and not self._plane.has_base:

@@ -266,3 +266,18 @@ def test_a_hole_between_two_surfaces_is_on_the_nearer_one():
     np.testing.assert_array_equal(depth.filled(image), expected)
     np.testing.assert_array_equal(depth.filled(image.T.copy()), expected.T)
     assert np.isnan(depth.filled(np.full((1, 1), np.nan, np.float32))).all()
+
+
+@pytest.mark.parametrize('depths, share, reason', [
+    (2.0, 1.0, ''),
+    (2.0, 0.05, ''),
+    (np.nan, 1.0, 'no pixel of the depth image has depth'),
+    (2000.0, 1.0, 'depth is 2e+03 m in the median, outside of sensor.min_depth'),
+    (0.002, 1.0, 'depth is 0.002 m in the median, outside of sensor.min_depth')])
+def test_depth_in_another_unit_is_told_from_depth_in_range(depths, share, reason):
+    image = np.full((480, 640), np.nan, np.float32)
+    image[:round(480 * share)] = depths
+    found = depth.shortage(image, SENSOR)
+    assert found.startswith(reason) and bool(found) == bool(reason)
+    image[:4] = 2.0  # some outliers are no range
+    assert depth.shortage(image, SENSOR).startswith(reason) or not np.isfinite(depths)

@@ -21,6 +21,7 @@ from aick_ros.cli.output.missing_pairs import without_pairs
 from aick_ros.cli.output.plot_folder import make_folder, make_plot_folder, removed_if_empty
 from aick_ros.cli.output.square_files import write_square
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
+from aick_ros.cli.output.untracked import say_if_untracked
 from aick_ros.evaluation.scores.evaluation import Evaluation
 from aick_ros.evaluation.scores.evaluation import evaluate as evaluate_source
 from aick_ros.sources import RgbdSource, SourceOptions, open_source
@@ -87,6 +88,7 @@ def _write(evaluation: Evaluation, reading: Reading, recording: RgbdSource, json
             write_json(json, {**evaluation.to_json(), 'ended': reading.ended,
                               'damaged_images': reading.damage.count})
         show(evaluation, on_stderr=json == STANDARD_OUTPUT)
+    say_if_untracked(recording.name, evaluation.records)
     missing = [gap for gap, score in evaluation.pairs.items() if not score.count]
     if recording.ground_truth is not None and missing:
         say(without_pairs(recording.name, evaluation.frames, missing))

@@ -21,6 +21,7 @@ from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.run_folder import RunFolder
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_parent, check_target
+from aick_ros.cli.output.untracked import say_if_untracked
 from aick_ros.errors import InputError, installation, package_of
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.run_summary import RunSummary, summarize
@@ -86,6 +87,7 @@ def _run(reading: Reading, settings: Settings, out: Path,
     finally:  # it may be on another disk than the one that is full
         if json is not None:
             write_json(json, summary.to_json())
+    say_if_untracked(reading.name, records)
     return folder.path, summary
 
 

@@ -203,6 +203,16 @@ def test_without_ground_truth_nothing_is_made_up(replay, recording, in_memory):
     assert 'ATE' not in outcome.out
 
 
+@pytest.mark.parametrize('command', ['replay', 'evaluate'])
+def test_depth_in_a_wrong_unit_is_named(command, aick, recording, in_memory, monkeypatch):
+    source = in_memory([dataclasses.replace(frame, depth=1000 * frame.depth)
+                        for frame in list(recording.frames(raise_damage))[:3]])
+    monkeypatch.setattr(f'aick_ros.cli.commands.{command}.open_source', lambda *given: source)
+    told = aick(command, 'a source').err.splitlines()[-1]
+    assert told.startswith('aick: no frame of in memory was tracked: too few keypoints')
+    assert told.endswith('images of 32FC1 must be in metres, of 16UC1 in millimetres')
+
+
 def test_damaged_images_are_skipped_and_named(aick, recording, tmp_path):
     folder = tmp_path / 'tum'
     write_tum(folder, recording)
