@@ -33,9 +33,9 @@ def enlarge(depth: np.ndarray, width: int, height: int,
         return depth
     if factor < 1 or (factor * rows, factor * columns) != (height, width):
         raise InputError(
-            f'colour is {width} x {height} and depth {columns} x {rows} pixels, which is no whole '
-            'factor: use the depth registered to the colour camera, or register it here '
-            f'({register_depth})')
+            f'colour is {width} x {height} and depth {columns} x {rows} pixels, which is neither '
+            'its size nor smaller by a whole factor: use the depth registered to the colour '
+            f'camera, or register it here ({register_depth})')
     inverse = np.nan_to_num(1.0 / depth, nan=0.0)
     square = np.ones((3, 3), np.uint8)
     nearest, farthest = cv2.dilate(inverse, square), cv2.erode(inverse, square)

@@ -51,8 +51,9 @@ def test_other_factors_are_rejected(width, height):
     with pytest.raises(InputError) as raised:
         enlarge(plane(60, 80, 1), width, height)
     assert str(raised.value) == (
-        f'colour is {width} x {height} and depth 80 x 60 pixels, which is no whole factor: use '
-        'the depth registered to the colour camera, or register it here (register_depth)')
+        f'colour is {width} x {height} and depth 80 x 60 pixels, which is neither its size nor '
+        'smaller by a whole factor: use the depth registered to the colour camera, or register '
+        'it here (register_depth)')
 
 
 @pytest.mark.parametrize('axis', [0, 1])
@@ -76,5 +77,5 @@ def test_what_touches_an_edge_at_a_corner_only_is_a_block():
 
 def test_no_depth_at_all_stays_none():
     assert np.isnan(enlarge(np.full((3, 4), np.nan, np.float32), 8, 6)).all()
-    with pytest.raises(InputError, match='colour is 8 x 6 and depth 4 x 0 pixels, which is no '):
+    with pytest.raises(InputError, match='colour is 8 x 6 and depth 4 x 0 pixels, which is '):
         enlarge(np.empty((0, 4), np.float32), 8, 6)
