@@ -18,6 +18,7 @@ from aick_ros.sources.bag_topics import BagTopics
 from aick_ros.sources.tum_accelerometer import FILE, read_accelerations
 
 _CHUNK = 10_000  # chosen: arrays need less memory than messages, and the buffer has a limit
+_MOST_BATCHED = 0.25  # chosen: share of samples with the stamp of another; pairs have a half
 
 
 def read_imu(path: Path, topic: str | None = None) -> ImuSamples:
@@ -25,11 +26,11 @@ def read_imu(path: Path, topic: str | None = None) -> ImuSamples:
     Return the samples of a bag or a TUM folder, by their stamps, in the axes of the sensor.
 
     :param topic: of a bag; None: the only one with sensor_msgs/Imu.
-    :raises InputError: where there are none, or one cannot be read.
+    :raises InputError: where there are none, one cannot be read, or batches share their stamps.
     """
     kind = kind_at(path)
     if kind is Kind.BAG:
-        return _in_order(_of_bag(path, topic))
+        return _in_order(_of_bag(path, topic), path)
     if topic is not None:
         raise InputError(f'--imu-topic has no effect on {path}, which is not a bag: omit it')
     samples = read_accelerations(path) if kind is Kind.TUM else None
@@ -52,6 +53,19 @@ def _of_bag(path: Path, topic: str | None) -> ImuSamples:
     return joined([*parts, buffer.take(np.eye(4))])
 
 
-def _in_order(samples: ImuSamples) -> ImuSamples:
-    """Return samples by their stamps, the first one of each."""
-    return samples[np.unique(samples.stamps, return_index=True)[1]]
+def _in_order(samples: ImuSamples, path: Path) -> ImuSamples:
+    """
+    Return samples by their stamps, the first one of each.
+
+    :raises InputError: where the stamps are those of batches: without most samples of each, white
+        noise would look larger than it is.
+    """
+    _, first, group = np.unique(samples.stamps, return_index=True, return_inverse=True)
+    values = np.hstack([samples.turn_rates, samples.accelerations])
+    differs = ~np.isclose(values, values[first[group]], rtol=0.0, atol=0.0, equal_nan=True)
+    batched = np.count_nonzero(differs.any(axis=1))
+    if batched > _MOST_BATCHED * len(samples):
+        raise InputError(f'{path}: {batched} of {len(samples)} samples of the IMU have the stamp '
+                         'of another one, with other values: let its driver stamp each sample, '
+                         'and record it again')
+    return samples[first]

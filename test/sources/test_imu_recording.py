@@ -42,6 +42,19 @@ def test_samples_of_a_bag_are_in_the_order_of_their_stamps(write, monkeypatch):
     assert samples.accelerations[:, 1].tolist() == [2, 1, 5, 3]
 
 
+def test_batches_with_one_stamp_are_rejected(write):
+    path = write([('/imu', number // 2, (number, 0.0, 0.0), (0.0, 0.0, 9.8))
+                  for number in range(8)])
+    with pytest.raises(InputError, match='bag: 4 of 8 samples of the IMU have the stamp of'):
+        read_imu(path)
+
+
+def test_messages_that_were_recorded_twice_count_once(write):
+    path = write([('/imu', number // 2, (number // 2, np.nan, 0.0), (0.0, 0.0, 9.8))
+                  for number in range(8)])
+    assert read_imu(path).stamps.tolist() == [0, 1, 2, 3]
+
+
 def test_one_of_several_topics_is_chosen(write):
     path = write([('/a/imu', 1, (1.0, 0.0, 0.0), (0.0, 0.0, 9.8)),
                   ('/b/imu', 2, (2.0, 0.0, 0.0), (0.0, 0.0, 9.8))])
