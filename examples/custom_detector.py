@@ -47,4 +47,6 @@ def main(path: str) -> None:
 
 
 if __name__ == '__main__':
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
     main(sys.argv[1])

@@ -24,5 +24,7 @@ def register(path: str, gap: int = 5) -> Registration:
 
 
 if __name__ == '__main__':
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
     found = register(sys.argv[1], *map(int, sys.argv[2:]))
     print(f'{found.status.value}: {found.reason}', found.T_target_source.round(4), sep='\n')
