@@ -5,11 +5,13 @@
 Whether a motion is that of the camera, or of an object in front of it.
 
 A registration finds the motion that most keypoints share. Where a bus passes, most are on the
-bus: it appears to accelerate the camera by more than the motion model allows, or the surfaces of
-the street behind it contradict the motion. Then the frame is registered once more without the
-keypoints of the first registration, from the pose at constant velocity. If keypoints and depth
-agree there, that is the motion of the camera. If not, and the first motion is sudden, the images
-decide between the two poses.
+bus: it appears to accelerate the camera by more than the motion model allows, the surfaces of the
+street behind it contradict the motion, or the street seems to be an object that moves by itself.
+Then the frame is registered once more without the keypoints of the first registration and the
+depth around them, from the pose at constant velocity. If keypoints and depth agree far better
+there, that is the motion of the camera. If many keypoints confirm each of the two, all evidence
+about them is added up. If not, and the first motion is sudden, the images decide between the two
+poses.
 """
 
 from __future__ import annotations
@@ -22,11 +24,14 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.kalman import KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
-from aick_ros.registration.refinement.refinement import Refined, Refinement
+from aick_ros.registration.refinement.refined import Refined
+from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.sensor_agreement import SensorAgreement
+from aick_ros.registration.two_motions import TwoMotions
 from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
 from aick_ros.settings import Settings
 
@@ -36,6 +41,7 @@ _PRIOR_FACTORS = 5.0 / 3.0, 1.0
 
 _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
+_CERTAIN_SHARE = 0.25  # of the keypoints, for either of two motions: the images need no vote then
 _MAJORITY, _MINORITY = 0.6, 0.1
 """Share of the votes that the second pose needs: of a motion that is just sudden, and at least."""
 
@@ -46,12 +52,14 @@ class DynamicObjectCheck:
 
     :param settings: the sensor, and the acceleration noise of the motion model.
     :param agreement: of the keypoints of the camera with its depth.
+    :param acceleration: that frames have shown.
     """
 
     def __init__(self, refinement: Refinement, settings: Settings,
-                 agreement: SensorAgreement) -> None:
+                 agreement: SensorAgreement, acceleration: ApparentAcceleration) -> None:
         self._refinement = refinement
         self._agreement = agreement
+        self._acceleration = acceleration
         self._sensor = settings.sensor
         sigmas = np.array([settings.odometry.acceleration_sigma,
                            settings.odometry.angular_acceleration_sigma])
@@ -73,13 +81,24 @@ class DynamicObjectCheck:
             return found
         sudden = suddenness(se3.inverse(expected) @ found.T_target_source, elapsed, self._sudden)
         is_contradicted = self._agreement.is_lost_by(found, target)
-        if sudden <= 1.0 and not is_contradicted:
+        has_objects = found.fit is not None and found.fit.has_objects
+        if sudden <= 1.0 and not is_contradicted and not has_objects:
             return found
         rest = self._without_keypoints_of(found, source, target, expected)
         if is_contradicted and self._agreement.is_better_by(rest, found):
             near = self._of_all_near(rest, found, source, target)
             return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
                                 f'depth agrees with {len(near.tracked)} others')
+        motions = None if not rest.is_confirmed else TwoMotions.of(
+            found, rest.applied_to(found, ''), expected,
+            self._acceleration.sigmas(source.stamp, elapsed))
+        if motions is not None and motions.are_confirmed:
+            if motions.evidence > 0.0:
+                near = self._of_all_near(rest, found, source, target)
+                return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
+                                    f'{len(near.tracked)} others with the scene')
+            if motions.weaker_share > _CERTAIN_SHARE:
+                return found
         if sudden <= 1.0:
             return found
         return self._by_vote(found, rest, source, target, PoseWithCovariance(
@@ -118,7 +137,7 @@ class DynamicObjectCheck:
         rest = np.flatnonzero(is_free)
         refined = self._refinement.refine(
             dataclasses.replace(source, keypoints=source.keypoints[rest]), target, expected, None,
-            self._refinement.first_tracks.of_some(source, target, expected, rest))
+            self._refinement.first_tracks.of_some(source, target, expected, rest), found.tracks)
         if len(refined.tracked) < FEWEST_TO_CONFIRM:  # use the depth images alone
             refined = dataclasses.replace(self._refinement.refine(
                 dataclasses.replace(source, keypoints=source.keypoints[:0]), target, expected),

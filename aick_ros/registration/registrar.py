@@ -35,7 +35,7 @@ from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.new_views import NewViews
-from aick_ros.registration.refinement.refinement import mean_depth_lag
+from aick_ros.registration.refinement.problem import mean_depth_lag
 from aick_ros.registration.result import Measure, Registration, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status

@@ -9,13 +9,11 @@ is one shelf from the right one, and at a few frames per second a hand may have 
 so far. So a registration far from the motion expected is refined once more, from that motion. If
 the same keypoints confirm both poses, the images do not tell them apart, and the motion model
 does: each is as likely as its acceleration. The variance of the choice adds to the covariance. If
-more keypoints confirm the second pose, it is the right one. But if depth agrees with the keypoints
-of only one of the two, that one is right: those of the other are on an object that moves. If depth
-contradicts the second one nevertheless, the depth of one of the frames is wrong, and neither pose
-is believed.
-
-The motion that is expected may be wrong itself, by a mistake in the frame before. So it is taken
-as no more certain than that frame agreed with what had been expected of it.
+depth agrees with the keypoints of only one of the two, that one is right: those of the other are
+on an object that moves. If some keypoints confirm one pose and others the second one, the scene
+does not repeat itself but shows two motions; if few confirm one of them, the other one is right.
+If depth contradicts the second one nevertheless, the depth of one of the frames is wrong, and
+neither pose is believed.
 """
 
 from __future__ import annotations
@@ -26,12 +24,14 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.stamps import seconds
-from aick_ros.registration.refinement.refinement import CONTRADICTION, Refined, Refinement
+from aick_ros.registration.apparent_acceleration import ApparentAcceleration
+from aick_ros.registration.refinement.refined import CONTRADICTION, Refined
+from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.status import Status
+from aick_ros.registration.two_motions import TwoMotions
 from aick_ros.registration.unexpected_motion import (
     NEAR_POSE, is_same, sudden_accelerations, suddenness)
 from aick_ros.settings import OdometrySettings
@@ -46,25 +46,15 @@ class RepeatingSceneCheck:
 
     :param settings: the acceleration noise of the motion model.
     :param agreement: of the keypoints of the camera with its depth.
+    :param acceleration: that frames have shown.
     """
 
     def __init__(self, refinement: Refinement, settings: OdometrySettings,
-                 agreement: SensorAgreement) -> None:
+                 agreement: SensorAgreement, acceleration: ApparentAcceleration) -> None:
         self._refinement = refinement
         self._agreement = agreement
+        self._acceleration = acceleration
         self._sudden = sudden_accelerations(settings)
-        self._sigmas = np.repeat(
-            [settings.acceleration_sigma, settings.angular_acceleration_sigma], 3)
-        self._shown = np.zeros(6)  # apparent acceleration of the frame before
-        self._last = 0, np.zeros(6)  # stamp and apparent acceleration of the last frame
-
-    def check_first(self, found: Registration, source: PreparedFrame,
-                    target: PreparedFrame) -> Registration:
-        """Return a registration as it is, where no motion is expected: rest is the reference."""
-        interval = abs(seconds(target.stamp, source.stamp))
-        if found.status.ok and interval > 0.0:
-            self._note(source.stamp, se3.difference(found.T_target_source, np.eye(4)), interval)
-        return found
 
     def check(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
               expected: np.ndarray, elapsed: float) -> Registration:
@@ -74,13 +64,6 @@ class RepeatingSceneCheck:
         :param expected: ``T_target_source`` at constant velocity, 4x4.
         :param elapsed: time since the velocity was measured [s].
         """
-        chosen = self._of_two(found, source, target, expected, elapsed)
-        if chosen.status.ok:
-            self._note(source.stamp, se3.difference(chosen.T_target_source, expected), elapsed)
-        return chosen
-
-    def _of_two(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
-                expected: np.ndarray, elapsed: float) -> Registration:
         change = se3.inverse(expected) @ found.T_target_source
         if (is_same(expected, found.T_target_source, NEAR_POSE)
                 and suddenness(change, elapsed, self._sudden) <= 1.0
@@ -94,24 +77,25 @@ class RepeatingSceneCheck:
             return _replaced(found, other)
         if self._agreement.is_only_by(found, other, target):
             return found
+        return self._by_keypoints(found, other, expected,
+                                  self._acceleration.sigmas(source.stamp, elapsed))
+
+    def _by_keypoints(self, found: Registration, other: Refined, expected: np.ndarray,
+                      sigmas: np.ndarray) -> Registration:
+        """Return the registration, or the other pose, as their keypoints and the motion tell."""
+        motions = TwoMotions.of(found, other.applied_to(found, ''), expected, sigmas)
+        if motions is not None and other.is_confirmed and motions.are_confirmed:
+            return _replaced(found, other) if motions.evidence > 0.0 else found
         confirming = FEWEST_TO_CONFIRM if found.tracks is None else found.support
         if other.is_contradicted and len(other.tracked) > confirming:
             return failed(Status.TOO_FEW_MATCHES, CONTRADICTION)
         if _is_confirmed_alike(found, other):
-            shown = self._shown if source.stamp == self._last[0] else self._last[1]
-            sigmas = 0.5 * np.hypot(self._sigmas, shown) * elapsed ** 2
             return _likelier(found, other, _share_of_second(
                 [se3.difference(pose.T_target_source, expected) / sigmas
                  for pose in (found, other)]))
-        if len(other.tracked) > max(found.support, FEWEST_TO_CONFIRM):
-            return _replaced(found, other)
-        return found
-
-    def _note(self, stamp: int, deviation: np.ndarray, elapsed: float) -> None:
-        """Note the acceleration that a frame shows; it may be registered several times."""
-        if stamp != self._last[0]:
-            self._shown = self._last[1]
-        self._last = stamp, 2.0 * deviation / elapsed ** 2
+        counts = ((found.support, len(other.tracked)) if motions is None
+                  else (motions.first, motions.second))
+        return _replaced(found, other) if counts[1] > max(counts[0], FEWEST_TO_CONFIRM) else found
 
 
 def _share_of_second(deviations: list[np.ndarray]) -> float:

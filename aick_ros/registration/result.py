@@ -51,6 +51,12 @@ class SensorBias:
         return float(self.difference @ definite.solve(self.covariance, self.difference)) / 6
 
     @cached_property
+    def least_normalised(self) -> float:
+        """The same by the sum of both covariances: few points may scatter little by chance."""
+        return float(self.difference @ definite.solve(
+            self.covariance + self.expected_covariance, self.difference)) / 6
+
+    @cached_property
     def squares(self) -> tuple[float, float]:
         """Mean squares of the difference along an axis and about an axis [m^2, rad^2]."""
         shift, turn = self.difference[:3], self.difference[3:]
@@ -73,6 +79,25 @@ class SensorBias:
             self.difference, self.expected_covariance, self.gain, before.difference,
             before.expected_covariance, arm, own, rotation, difference, covariance, gain)
         return SensorBias(difference, covariance, gain, covariance)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """
+    Fit of two images to a pose.
+
+    :param squared_errors: K, of the tracks that agree with it, in units of their variance.
+    :param scene_share: share of the points of the depth image that are not on objects which move
+        by themselves.
+    """
+
+    squared_errors: np.ndarray
+    scene_share: float
+
+    @property
+    def has_objects(self) -> bool:
+        """Objects that move by themselves have been left out."""
+        return self.scene_share < 1.0
 
 
 class Evidence(Enum):
@@ -112,6 +137,7 @@ class Registration:
         measured: by depth alone.
     :param is_rough: whether it is the first part of a registration, which has to go on from there;
         where the status is not OK, whether AICK, or other keypoints, may confirm the pose.
+    :param fit: of the tracks; None without a refinement.
     """
 
     status: Status
@@ -130,6 +156,7 @@ class Registration:
     measure: Measure | None = None
     overlap: float = 1.0
     is_rough: bool = False
+    fit: Fit | None = None
 
     @property
     def is_by_depth(self) -> bool:

@@ -12,20 +12,20 @@ from __future__ import annotations
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.refinement import Refined
+from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.result import Registration, SensorBias
 
-_UNUSUAL = 7.5
-"""Ratio of the normalised square of a bias to what is usual, from which on it is unusual.
+_UNUSUAL = 3.75
+"""Ratio of the least normalised square of a bias to what is usual, from which on it is unusual.
 
-Chosen: while nothing moves but the camera, ratios are up to 5 on seven rendered cameras that are
-registered well, with an object 10 to 250. On two excerpts of real recordings 3 of 242
-registrations exceed it, with 10 at most; where depth is registered wrongly up to one of ten does,
+Chosen: while nothing moves but the camera, ratios are up to half of it on seven rendered cameras
+that are registered well, with an object 5 to 125. On two excerpts of real recordings 3 of 242
+registrations exceed it, with 5 at most; where depth is registered wrongly up to one of ten does,
 until that is known."""
 
 _LEAST_USUAL = 2.0  # chosen: normalised square that is usual anyway; noise alone gives 1
-_BETTER = 5.0  # chosen: ratio of the squares by which a pose agrees clearly better than another
+BETTER = 5.0  # chosen: ratio of the squares by which a pose agrees clearly better than another
 
 
 class SensorAgreement:
@@ -57,9 +57,9 @@ class SensorAgreement:
             return False
         motion = tracks.displacement(target.frame.camera.fx)
         usual = max(self._noise.usual_bias(motion), _LEAST_USUAL)
-        return bias.normalised > _UNUSUAL * usual
+        return bias.least_normalised > _UNUSUAL * usual
 
 
 def _is_far_less(bias: SensorBias | None, than: SensorBias | None) -> bool:
     return (bias is not None and than is not None
-            and _BETTER * bias.normalised < than.normalised)
+            and BETTER * bias.least_normalised < than.least_normalised)

@@ -19,7 +19,8 @@ from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.misalignment import Prediction
-from aick_ros.registration.refinement.refinement import CONTRADICTION, Refined, Refinement
+from aick_ros.registration.refinement.refined import CONTRADICTION, Refined
+from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.status import Status

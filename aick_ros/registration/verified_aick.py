@@ -13,14 +13,17 @@ from aick_ros.features.detector import Detector
 from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.aick.fit_covariance import fit_covariance
+from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
-from aick_ros.registration.refinement.refinement import CONTRADICTION, Refined, Refinement
+from aick_ros.registration.refinement.refined import CONTRADICTION, Refined
+from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.repeating_scene import RepeatingSceneCheck
 from aick_ros.registration.result import Registration, failed
@@ -63,9 +66,11 @@ class VerifiedAick:
         self._settings = settings.refinement
         self._refinement = Refinement(settings.refinement, settings.sensor, noise, misalignment)
         agreement = SensorAgreement(noise)
+        self._acceleration = ApparentAcceleration(settings.odometry)
         self._repeating_scene = RepeatingSceneCheck(
-            self._refinement, settings.odometry, agreement)
-        self._dynamic_objects = DynamicObjectCheck(self._refinement, settings, agreement)
+            self._refinement, settings.odometry, agreement, self._acceleration)
+        self._dynamic_objects = DynamicObjectCheck(
+            self._refinement, settings, agreement, self._acceleration)
         self._tracked_keypoints = TrackedKeypoints(settings, self._refinement)
         alpha, iterations = _SLOW_SCHEDULE
         self._slow_aick = Aick(dataclasses.replace(settings.aick, alpha=alpha,
@@ -99,14 +104,17 @@ class VerifiedAick:
                 slow = self._align_slowly(source.frame, target.frame)
             found = self._refine(source, target, slow, predicted)
         if expected is None:
-            return self._repeating_scene.check_first(found, source, target)
+            self._acceleration.note(  # rest is the reference
+                source.stamp, found, np.eye(4), abs(seconds(target.stamp, source.stamp)))
+            return found
         if not found.status.ok:
             return self._refine_guess(source, target, expected, found)
         with self._times.stage('refinement'):
-            likelier = self._repeating_scene.check(found, source, target, expected, elapsed)
-            if likelier is not found:
-                return likelier
-            return self._dynamic_objects.check(found, source, target, expected, elapsed)
+            checked = self._repeating_scene.check(found, source, target, expected, elapsed)
+            if checked is found:
+                checked = self._dynamic_objects.check(found, source, target, expected, elapsed)
+        self._acceleration.note(source.stamp, checked, expected, elapsed)
+        return checked
 
     def track(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
               elapsed: float) -> tuple[PreparedFrame, Registration]:

@@ -13,7 +13,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement.refinement import Refined
+from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration

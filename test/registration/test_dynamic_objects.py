@@ -14,10 +14,12 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck, _is_for_second, fuse
 from aick_ros.registration.pose_vote import PoseVote
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.refinement import Refined, Refinement
+from aick_ros.registration.refinement.refined import Refined
+from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence
@@ -61,7 +63,8 @@ def pair(frames, changes=None):
 
 def opinion(settings=Settings()):
     return DynamicObjectCheck(Refinement(settings.refinement, settings.sensor), settings,
-                              SensorAgreement(MeasuredNoise()))
+                              SensorAgreement(MeasuredNoise()),
+                              ApparentAcceleration(settings.odometry))
 
 
 def off(pose, truth):
@@ -282,8 +285,8 @@ def test_it_is_refined_from_the_motion_expected_without_the_keypoints_found(play
     played.source = dataclasses.replace(played.source, keypoints=dataclasses.replace(
         played.source.keypoints, words='words of all'))
     played.check()
-    (source, target, pose, predicted, (known, *of)), = played.refined
-    assert predicted is None and known == 'known tracks'
+    (source, target, pose, predicted, (known, *of), moving), = played.refined
+    assert predicted is None and known == 'known tracks' and moving is played.found.tracks
     for asked, expected in zip(of, (played.source, played.target, EXPECTED)):
         assert asked is expected
     np.testing.assert_array_equal(of[3], REST)

@@ -13,13 +13,14 @@ import pytest
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.repeating_scene import RepeatingSceneCheck
 from aick_ros.registration.result import Evidence
 from aick_ros.registration.sensor_agreement import SensorAgreement
-from aick_ros.registration.status import Status
+from aick_ros.registration.two_motions import TwoMotions
 from aick_ros.settings import Settings
 
 SETTINGS = Settings()
@@ -57,7 +58,7 @@ def views():
         assert error(refined.T_target_source, pose) < 0.02  # the images confirm it
         return dataclasses.replace(
             some, T_target_source=refined.T_target_source, covariance=refined.covariance,
-            support=len(refined.tracked), tracks=refined.tracked)
+            support=len(refined.tracked), tracks=refined.tracked, fit=refined.fit)
 
     return source, target, found
 
@@ -68,7 +69,8 @@ def error(pose, truth):
 
 def check(refinement=None):
     return RepeatingSceneCheck(refinement or Refinement(SETTINGS.refinement, SETTINGS.sensor),
-                               SETTINGS.odometry, AGREEMENT).check
+                               SETTINGS.odometry, AGREEMENT,
+                               ApparentAcceleration(SETTINGS.odometry)).check
 
 
 @pytest.mark.parametrize('elapsed', [1 / 30, SLOW])
@@ -101,18 +103,6 @@ def test_a_motion_is_checked_from_five_centimetres_or_three_degrees_on(views, be
     noted = SimpleNamespace(refine=lambda *of: asked.append(of) or refinement.refine(*of))
     check(noted)(found(TRUTH), source, target, TRUTH @ se3.exp(beside), 1.0)
     assert bool(asked) == is_checked
-
-
-@pytest.mark.parametrize('interval', [0.1, 0.5])
-def test_the_acceleration_that_is_noted_explains_the_deviation(views, interval):
-    """A t^2 / 2 of it, in the time since the frame before."""
-    source, target, found = views
-    frame = dataclasses.replace(source.frame, stamp=target.stamp + round(1e9 * interval))
-    source = dataclasses.replace(source, frame=frame)
-    scene = RepeatingSceneCheck(None, SETTINGS.odometry, AGREEMENT)
-    first = scene.check_first(found(TRUTH), source, target)
-    np.testing.assert_allclose(0.5 * scene._last[1] * interval ** 2,
-                               se3.difference(first.T_target_source, np.eye(4)), atol=1e-12)
 
 
 @pytest.fixture
@@ -165,12 +155,11 @@ def test_where_the_motion_model_does_not_decide_the_covariance_has_both_poses(vi
 def test_a_motion_that_begins_with_a_slip_does_not_go_on_slipping(views):
     """The first motion seems to be one period a frame; the next frame is right, and is kept."""
     source, target, found = views
+    shown = ApparentAcceleration(SETTINGS.odometry)
     tester = RepeatingSceneCheck(Refinement(SETTINGS.refinement, SETTINGS.sensor),
-                                 SETTINGS.odometry, AGREEMENT)
-    before = dataclasses.replace(source, frame=dataclasses.replace(
-        source.frame, stamp=target.stamp - round(1e9 * SLOW)))
+                                 SETTINGS.odometry, AGREEMENT, shown)
     slipped = dataclasses.replace(found(TRUTH), T_target_source=se3.inverse(ONE_ON))
-    assert tester.check_first(slipped, before, target) is slipped
+    shown.note(target.stamp, slipped, np.eye(4), SLOW)
     kept = tester.check(found(TRUTH), source, target, ONE_ON @ TRUTH, SLOW)
     assert error(kept.T_target_source, TRUTH) < 0.02
     difference = se3.difference(kept.T_target_source, ONE_ON @ TRUTH)
@@ -184,7 +173,7 @@ def test_of_two_poses_the_one_that_more_keypoints_confirm_is_returned(views):
     mistaken = found(ONE_ON @ TRUTH)
     few = mistaken.tracks[np.arange(18)]
     few = dataclasses.replace(few, keypoints=few.keypoints + len(source.keypoints))
-    mistaken = dataclasses.replace(mistaken, tracks=few, support=len(few))
+    mistaken = dataclasses.replace(mistaken, tracks=few, support=len(few), fit=None)
     checked = check()(mistaken, source, target, np.eye(4), SLOW)
     assert error(checked.T_target_source, TRUTH) < 0.02
     assert checked.support > 100
@@ -213,10 +202,15 @@ class Played:
             refine=lambda *given: self.asked.append(given) or self.other), SETTINGS.odometry,
             SimpleNamespace(is_lost_by=lambda *of: self.lost_by.append(of) or self.is_lost,
                             is_better_by=lambda *of: self.better_by.append(of) or self.is_better,
-                            is_only_by=lambda *of: self.only_by.append(of) or self.is_only))
+                            is_only_by=lambda *of: self.only_by.append(of) or self.is_only),
+            SimpleNamespace(sigmas=lambda *of: self.uncertain.append(of) or self.sigmas(of[1])))
+        self.uncertain, self.shown = [], np.zeros(6)
         self.lost_by, self.better_by, self.is_lost, self.is_better = [], [], False, True
         self.only_by, self.is_only = [], False
         self.target, self.source = made.prepared(10 ** 9), made.prepared(11 * 10 ** 8)
+
+    def sigmas(self, elapsed):
+        return 0.5 * elapsed ** 2 * np.hypot(SIGMAS, self.shown)
 
     def _measure(self):
         self.measured += 1
@@ -364,67 +358,47 @@ def test_where_others_confirm_the_second_pose_they_must_be_more(
         assert checked is found
 
 
-def share_of_second(played, found, elapsed, source):
-    """Return the share of the doubt in the covariance of a checked registration."""
-    added = played.check(found, elapsed, source).covariance - found.covariance
-    difference = se3.difference(found.T_target_source, played.other.T_target_source)
-    return added[0, 0] / difference[0] ** 2
-
-
-@pytest.mark.parametrize('begins', ['first', 'checked'])
-def test_the_motion_expected_is_as_uncertain_as_the_frame_before_deviated(made, begins):
-    """However often the frame is registered: what it shows itself does not count."""
-    played, error = Played(made, [0.1, 0, 0, 0, 0.1, 0]), np.array([0.3, 0.2, 0.1, 0.3, 0.2, 0.1])
-    before = made.prepared(105 * 10 ** 7)
-    if begins == 'first':  # where nothing is expected it deviates from rest
-        played.scene.check_first(dataclasses.replace(
-            played.found(), T_target_source=se3.perturbed(np.eye(4), error)), before,
-            made.prepared(135 * 10 ** 7))
-    else:
-        played.scene.check(dataclasses.replace(
-            played.found(), T_target_source=se3.perturbed(EXPECTED, 0.01 * error)), before,
-            played.target, EXPECTED, 0.3)
-        error = 0.01 * error
-    shown = 2 * error / 0.3 ** 2
-    _, second = probabilities([AWAY, np.array([0.1, 0, 0, 0, 0.1, 0])], 0.4, shown)
-    for _ in range(3):
-        assert share_of_second(played, played.found(), 0.4, played.source) == pytest.approx(
-            second, rel=1e-6)
-    # of the next frame it is that of this one, as it was chosen
-    _, second = probabilities([AWAY, np.array([0.1, 0, 0, 0, 0.1, 0])], 0.5,
-                              2 * AWAY / 0.4 ** 2)
-    assert share_of_second(played, played.found(), 0.5, made.prepared(12 * 10 ** 8)) == (
-        pytest.approx(second, rel=1e-6))
-
-
-def test_the_acceleration_that_is_noted_is_that_of_the_pose_that_is_chosen(made):
-    beside = np.array([0.05, 0, 0, 0.01, 0, 0])
-    played = Played(made, beside)
-    assert played.check(played.found(), 0.26).T_target_source is played.other.T_target_source
-    _, second = probabilities([AWAY, beside], 0.4, 2 * beside / 0.26 ** 2)
-    assert share_of_second(played, played.found(), 0.4, made.prepared(12 * 10 ** 8)) == (
-        pytest.approx(second, rel=1e-6))
-
-
-def test_what_two_poses_contradict_is_not_noted(made):
-    """It has no pose: the identity is no motion."""
-    played = Played(made, [0.1, 0, 0, 0, 0.1, 0], 61)
-    other, played.other = played.other, dataclasses.replace(played.other, is_contradicted=True)
-    assert played.check(played.found(), 0.26).status is Status.TOO_FEW_MATCHES
-    played.other = other
-    _, second = probabilities([AWAY, np.array([0.1, 0, 0, 0, 0.1, 0])], 0.4)
-    assert share_of_second(played, played.found(), 0.4, made.prepared(12 * 10 ** 8)) == (
-        pytest.approx(second, rel=1e-6))
-
-
-@pytest.mark.parametrize('case', ['failed', 'at the same time'])
-def test_what_shows_no_motion_is_not_noted(made, case):
+def test_the_motion_expected_is_as_uncertain_as_accelerations_have_been(made):
     played = Played(made, [0.1, 0, 0, 0, 0.1, 0])
-    first = played.found(np.array([0.9, 0, 0, 0, 0, 0]))
-    source = made.prepared(played.target.stamp + (case == 'failed'))
-    if case == 'failed':
-        first = dataclasses.replace(first, status=Status.TOO_FEW_MATCHES)
-    assert played.scene.check_first(first, source, played.target) is first
-    _, second = probabilities([AWAY, np.array([0.1, 0, 0, 0, 0.1, 0])], 0.4)
-    assert share_of_second(played, played.found(), 0.4, played.source) == pytest.approx(
-        second, rel=1e-6)
+    played.shown = np.array([20.0, 10.0, 5.0, 20.0, 10.0, 5.0])
+    found = played.found()
+    added = played.check(found, 0.4).covariance - found.covariance
+    assert played.uncertain == [(played.source.stamp, 0.4)]
+    difference = se3.difference(found.T_target_source, played.other.T_target_source)
+    _, second = probabilities([AWAY, np.array([0.1, 0, 0, 0, 0.1, 0])], 0.4, played.shown)
+    assert added[0, 0] / difference[0] ** 2 == pytest.approx(second, rel=1e-6)
+
+
+def two_motions(played, monkeypatch, first, second, evidence):
+    """Let two motions be shown; return the registration, and what they were asked for."""
+    asked, motions = [], TwoMotions(first, second, evidence)
+    monkeypatch.setattr('aick_ros.registration.repeating_scene.TwoMotions', SimpleNamespace(
+        of=lambda *of: asked.append(of) or motions))
+    found = played.found()
+    found.tracks.keypoints[20:] += 1000  # few confirm both
+    return found, asked
+
+
+@pytest.mark.parametrize('evidence, is_replaced', [(0.1, True), (-0.1, False)])
+def test_of_two_motions_the_camera_has_the_one_that_the_evidence_is_for(
+        made, monkeypatch, evidence, is_replaced):
+    played = Played(made, np.zeros(6))
+    found, asked = two_motions(played, monkeypatch, 40, 30, evidence)
+    checked = played.check(found, 0.4)
+    (first, second, expected, sigmas), = asked
+    assert first is found and second.tracks is played.other.tracked and expected is EXPECTED
+    np.testing.assert_array_equal(sigmas, played.sigmas(0.4))
+    assert (checked.tracks is played.other.tracked) == is_replaced
+    assert (checked is found) != is_replaced
+
+
+@pytest.mark.parametrize('first, second, is_replaced', [
+    (100, 101, True), (100, 16, False), (2, 13, True), (2, 12, False)])
+def test_where_few_confirm_one_of_them_the_other_one_is_right(
+        made, monkeypatch, first, second, is_replaced):
+    """Whatever the evidence is, if keypoints tell two poses apart at all."""
+    played = Played(made, np.zeros(6))
+    found, _ = two_motions(played, monkeypatch, first, second, 1.0 if first > second else -1.0)
+    if first == 100 and second == 101:
+        played.other = dataclasses.replace(played.other, is_contradicted=True)
+    assert (played.check(found).tracks is played.other.tracked) == is_replaced

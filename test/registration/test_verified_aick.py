@@ -44,7 +44,7 @@ class Steps:
 
     def __init__(self, parts, made):
         parts.replace('verified_aick', 'Refinement', 'RepeatingSceneCheck', 'DynamicObjectCheck',
-                      'TrackedKeypoints', 'Aick', 'KeypointExtractor')
+                      'ApparentAcceleration', 'TrackedKeypoints', 'Aick', 'KeypointExtractor')
         self.parts, self.made = parts, made
         self.settings = with_values(Settings(), {'refinement.max_tracks': 100})
         self.noise, self.misalignment = MeasuredNoise(), MisalignmentEstimate()
@@ -59,7 +59,7 @@ class Steps:
         parts.answers.update({
             ('Refinement', 'refine'): lambda *_: self.refined.pop(0),
             ('Refinement', 'refine_near'): lambda *_: self.refined.pop(0),
-            ('RepeatingSceneCheck', 'check_first'): lambda found, *_: found,
+            ('ApparentAcceleration', 'note'): None,
             ('RepeatingSceneCheck', 'check'): lambda found, *_: found,
             ('DynamicObjectCheck', 'check'): lambda found, *_: found,
             ('Aick', 'register'): SLOW_FAILURE,
@@ -100,8 +100,10 @@ def test_its_parts_share_one_refinement_of_the_camera(steps, parts):
             ('TrackedKeypoints', (steps.settings, refinement))):
         (part,) = parts.made[name]
         assert part.made_with[:2] == made_with
-        for agreement in part.made_with[2:]:
+        if name != 'TrackedKeypoints':
+            agreement, acceleration = part.made_with[2:]
             assert agreement._noise is steps.noise
+            assert [acceleration] == parts.made['ApparentAcceleration']
     (slow,), (extractor,) = parts.made['Aick'], parts.made['KeypointExtractor']
     assert slow.made_with == (
         dataclasses.replace(steps.settings.aick, alpha=0.93, iterations=60),)
@@ -116,7 +118,7 @@ def test_what_aick_finds_is_refined_and_then_checked(steps, parts):
     assert_is_refined(found, aligned, refined)
     assert parts.order() == [
         ('fast', 'align'), ('Refinement', 'refine'), ('RepeatingSceneCheck', 'check'),
-        ('DynamicObjectCheck', 'check')]
+        ('DynamicObjectCheck', 'check'), ('ApparentAcceleration', 'note')]
     assert parts.asked('fast', 'align') == [(steps.source.keypoints, steps.target.keypoints)]
     (source, target, pose, predicted), = parts.asked('Refinement', 'refine')
     assert source is steps.source and target is steps.target
@@ -136,7 +138,7 @@ def test_the_refinement_begins_at_a_pose_tracked_that_aick_confirms(steps, parts
     assert_is_refined(found, aligned, refined)
     assert parts.order() == [
         ('fast', 'align'), ('Refinement', 'refine_near'), ('RepeatingSceneCheck', 'check'),
-        ('DynamicObjectCheck', 'check')]
+        ('DynamicObjectCheck', 'check'), ('ApparentAcceleration', 'note')]
     (source, target, pose, predicted), = parts.asked('Refinement', 'refine_near')
     assert source is steps.source and target is steps.target and pose is tracked
     assert_predicted(predicted, steps)
@@ -196,13 +198,13 @@ def test_each_stage_is_timed(steps, parts, monkeypatch):
     assert timing['registration'] == 2000.0 and timing['features'] == 0.0
 
 
-def test_without_a_motion_expected_a_scene_is_checked_against_rest(steps, parts):
+def test_without_a_motion_expected_what_is_noted_is_against_rest(steps, parts):
     steps.refined = [steps.made.refined(40)]
-    other = steps.made.registration()
-    parts.answers['RepeatingSceneCheck', 'check_first'] = other
-    assert steps.register(expected=None) is other
-    *_, (found, source, target) = parts.asked('RepeatingSceneCheck', 'check_first')
-    assert found.status.ok and source is steps.source and target is steps.target
+    found = steps.register(expected=None)
+    (stamp, noted, expected, elapsed), = parts.asked('ApparentAcceleration', 'note')
+    assert found.status.ok and noted is found and stamp == steps.source.stamp
+    np.testing.assert_array_equal(expected, np.eye(4))
+    assert elapsed == pytest.approx(1e-9 * (steps.source.stamp - steps.target.stamp))
     assert parts.asked('Refinement', 'refine')[0][3] is None
     assert len(parts.order()) == 3
 
@@ -211,7 +213,15 @@ def test_a_likelier_pose_of_a_repeating_scene_is_not_checked_for_objects(steps, 
     likelier = steps.made.registration()
     parts.answers['RepeatingSceneCheck', 'check'] = likelier
     assert steps.register() is likelier
-    assert ('DynamicObjectCheck', 'check') not in parts.order()
+    assert parts.asked('DynamicObjectCheck', 'check') == []
+
+
+def test_what_is_noted_is_the_pose_after_all_checks(steps, parts):
+    of_the_scene = steps.made.registration()
+    parts.answers['DynamicObjectCheck', 'check'] = of_the_scene
+    assert steps.register() is of_the_scene
+    (_, noted, expected, elapsed), = parts.asked('ApparentAcceleration', 'note')
+    assert noted is of_the_scene and expected is EXPECTED and elapsed == ELAPSED
 
 
 def test_what_the_check_for_objects_finds_is_returned(steps, parts):
@@ -268,7 +278,8 @@ def test_without_a_motion_expected_the_failure_of_the_slow_schedule_is_returned(
     found = steps.register(expected=None)
     assert (found.status, found.reason) == (SLOW_FAILURE.status, 'by slow AICK')
     assert parts.asked('Refinement', 'refine') == []
-    assert len(parts.asked('RepeatingSceneCheck', 'check_first')) == 1
+    (_, noted, _, _), = parts.asked('ApparentAcceleration', 'note')
+    assert noted is found
 
 
 @pytest.mark.parametrize('keypoints, fewest', [

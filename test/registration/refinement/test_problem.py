@@ -11,11 +11,11 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement import refinement
+from aick_ros.registration.refinement import problem
 from aick_ros.registration.refinement.mean_scatter import SHARE, MeanScatter
 from aick_ros.registration.refinement.measured_noise import Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Misalignment, image_height
-from aick_ros.registration.refinement.refinement import _Problem
+from aick_ros.registration.refinement.problem import Problem
 from aick_ros.registration.refinement.residuals import Residuals, curvature, gradient_noise
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import Settings
@@ -58,8 +58,8 @@ class Told:
                      'point_to_plane': residuals(rng, 200, 20.0)}
         self.told['track_steps'] = 'a pose', 'a step'
         for name in self.told:
-            monkeypatch.setattr(refinement, name, lambda *of, name=name: self._tell(name, of))
-        monkeypatch.setattr(refinement, 'misalignment_sample', lambda *of: self.given.setdefault(
+            monkeypatch.setattr(problem, name, lambda *of, name=name: self._tell(name, of))
+        monkeypatch.setattr(problem, 'misalignment_sample', lambda *of: self.given.setdefault(
             'misalignment_sample', of) and 'misalignment_sample')
         jitter, by_depth, bias = (np.diag(np.square(root))
                                   for root in 0.004 * rng.standard_normal((3, 6)))
@@ -77,7 +77,7 @@ class Told:
         self.tracks = Tracks(np.arange(tracks) + 5, rng.uniform(1.0, 3.0, (tracks, 3)),
                              rng.uniform(-0.5, 0.5, (tracks, 2)), np.ones(tracks),
                              np.ones(tracks))
-        self.problem = _Problem(
+        self.problem = Problem(
             self.source, self.target, self.tracks, SETTINGS.refinement, SETTINGS.sensor,
             SimpleNamespace(expected=lambda motion: self.motions.append(motion) or self.noise,
                             points=SimpleNamespace(of=self._points, shown_by=self._shown_by)))
@@ -294,7 +294,7 @@ NONE = Misalignment(np.zeros(6), 0.0, 0.0)
 def corrected(monkeypatch):
     """Let corrections return what they were given."""
     given = []
-    monkeypatch.setattr(refinement.Correction, 'tracks', lambda self, *of: given.append(
+    monkeypatch.setattr(problem.Correction, 'tracks', lambda self, *of: given.append(
         ('tracks', *of)) or of[0])
     return given
 
@@ -319,7 +319,7 @@ def test_tracked_are_as_they_were_seen(tell, monkeypatch):
     """Corrected points would be corrected once more where they are keypoints of a frame."""
     told = tell()
     moved = dataclasses.replace(told.tracks, points=told.tracks.points + 0.1)
-    monkeypatch.setattr(refinement.Correction, 'tracks', lambda *_: moved)
+    monkeypatch.setattr(problem.Correction, 'tracks', lambda *_: moved)
     told.problem.correct(LATE, TWISTS[0], POSE)
     tracked = told.problem.finish(POSE).tracked
     assert len(tracked)

@@ -16,7 +16,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.refinement import _COARSE_WIDTH, Refinement, _Problem
+from aick_ros.registration.refinement.problem import _COARSE_WIDTH, Problem
+from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.residuals import point_to_plane, track_depth
 from aick_ros.registration.refinement.tracks import Tracker
 from aick_ros.registration.registrar import Registrar
@@ -185,7 +186,7 @@ def test_the_coarse_step_is_the_one_of_wider_weights_in_rays_and_depth(small_pai
     def step(coarse, wider=1.0):
         wide = dataclasses.replace(settings.refinement,
                                    robust_width=wider * settings.refinement.robust_width)
-        return _Problem(*views, tracks, wide, settings.sensor, MeasuredNoise()).step(
+        return Problem(*views, tracks, wide, settings.sensor, MeasuredNoise()).step(
             first, coarse)[1]
 
     np.testing.assert_allclose(step(coarse=True), step(coarse=False, wider=_COARSE_WIDTH))

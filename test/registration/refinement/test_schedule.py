@@ -57,9 +57,10 @@ class Played:
                  last=FIRST, window=9):
         self.log, self._counts, self._tracked = [], list(counts), list(tracked)
         self._steps, self._most, self._last = steps, most, last
+        self.objects = []  # whether others are left out each time, until none are
         module = 'aick_ros.registration.refinement.refinement'
         monkeypatch.setattr(f'{module}.Tracker', self._make_tracker)
-        monkeypatch.setattr(f'{module}._Problem', self._make_problem)
+        monkeypatch.setattr(f'{module}.Problem', self._make_problem)
         monkeypatch.setattr(f'{module}.Approach', lambda *made_with: SimpleNamespace(
             nearer=lambda *of: self.log.append(('nearer', *of)) or self.nearer))
         self.settings = with_values(Settings(), {
@@ -89,6 +90,8 @@ class Played:
         self._number = -1
         return SimpleNamespace(
             step=self._step, finish=self._finish,
+            leave_out=lambda *of: self.log.append(('leave out', *of)),
+            leave_out_objects=lambda pose: self.objects.pop(0) if self.objects else False,
             correct=lambda *by: self.log.append(('correct', *by)))
 
     def _step(self, pose, coarse):
@@ -228,3 +231,27 @@ def test_without_keypoints_of_the_source_those_of_the_target_are_tracked_once(pl
     assert len(played.asked('problem')[0][2]) == 10
     assert played.asked('correct')[0][2] is begin and played.asked('correct')[1][1] == 'a twist'
     assert len(found.tracked) == 3
+
+
+@pytest.mark.parametrize('objects, rounds', [([], 0), ([True], 1), ([True, True, True, True], 3)])
+def test_steps_are_made_again_each_time_other_objects_are_left_out(monkeypatch, objects, rounds):
+    """Until the step is small, three times at most."""
+    small = np.full(6, 1e-6)
+    played = Played(monkeypatch, steps=[STEP, STEP, STEP, small])
+    played.objects = list(objects)
+    played.refinement.refine(played.source, played.target, FIRST)
+    steps = played.asked('step')
+    assert len(steps) == 4 + rounds
+    assert [coarse for _, coarse in steps] == [True] + (3 + rounds) * [False]
+    (finished,), = played.asked('finish')
+    np.testing.assert_allclose(finished, se3.perturbed(steps[-1][0], small), atol=1e-12)
+
+
+def test_depth_near_what_moves_is_left_out_from_the_first_pose_on(monkeypatch):
+    played = Played(monkeypatch)
+    moving = PlayedTracks(3)
+    played.refinement.refine(played.source, played.target, FIRST, moving=moving)
+    (left_out, pose), = played.asked('leave out')
+    assert left_out is moving and pose is FIRST
+    kinds = played.kinds()
+    assert kinds.index('correct') < kinds.index('leave out') < kinds.index('step')

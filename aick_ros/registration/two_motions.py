@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Which of two motions is that of the camera, where two frames show both.
+
+Of a scene with an object that moves by itself some keypoints confirm one pose, and the others
+another one. Each has its own depth that agrees with it. The camera has not moved suddenly; more
+keypoints and more of the surfaces are on the scene than on an object, as a rule; and an object
+hides a part of the scene, which is farther. None of that is certain, so the evidence is added up.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros.geometry import se3
+from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
+from aick_ros.registration.result import Fit, Registration, SensorBias
+from aick_ros.registration.sensor_agreement import BETTER
+
+_CLEARLY = 4.0  # chosen: ratio of the squared errors by which a keypoint tells two poses apart
+_LEAST_ERROR = 0.25 ** 2  # chosen: smaller squared errors are taken as equal
+_LEAST_SHARE = 0.15  # chosen: of the keypoints that tell them apart, for the weaker one to count
+
+# Evidence, each by which one motion outweighs another. Chosen on rendered rooms through which
+# boards, people, cartons and posters move, with 10 to 70 % of the keypoints.
+_SUDDEN, _LARGEST_DIFFERENCE = 1.2, 24.0  # of squared deviations from the motion expected
+_KEYPOINTS, _SURFACES, _THREE_TIMES = 0.8, 0.4, math.log(3.0)
+_TWICE_AS_FAR = 1.0
+
+
+@dataclass(frozen=True)
+class TwoMotions:
+    """
+    Two motions that two frames show.
+
+    :param first: number of keypoints that confirm the first one alone.
+    :param second: likewise, of the second one.
+    :param evidence: that the second one is the camera's; that the first one is where negative.
+    """
+
+    first: int
+    second: int
+    evidence: float
+
+    @classmethod
+    def of(cls, first: Registration, second: Registration, expected: np.ndarray,
+           sigmas: np.ndarray) -> TwoMotions | None:
+        """
+        Return what two registrations of one pair of frames show, None without their tracks.
+
+        :param expected: ``T_target_source`` at constant velocity, 4x4.
+        :param sigmas: 6, of the difference from that [m, rad].
+        """
+        if (first.tracks is None or second.tracks is None or first.fit is None
+                or second.fit is None):
+            return None
+        for_first, for_second = _votes((first.tracks.keypoints, second.tracks.keypoints),
+                                       (first.fit, second.fit))
+        counts = int(for_first.sum()), int(for_second.sum())
+        if min(counts) == 0:
+            return cls(*counts, math.copysign(math.inf, counts[1] - counts[0]))
+        depths = [float(np.median(tracks.points[votes, 2])) for tracks, votes in (
+            (first.tracks, for_first), (second.tracks, for_second))]
+        deviations = [se3.difference(each.T_target_source, expected) / sigmas
+                      for each in (first, second)]
+        suddenness = float(deviations[0] @ deviations[0] - deviations[1] @ deviations[1])
+        return cls(*counts, (
+            math.log(_bias(first.bias) / _bias(second.bias)) / math.log(BETTER)
+            + _SUDDEN * min(max(suddenness / _LARGEST_DIFFERENCE, -1.0), 1.0)
+            + _KEYPOINTS * math.log(counts[1] / counts[0]) / _THREE_TIMES
+            + _SURFACES * math.log(_share(second.fit) / _share(first.fit)) / _THREE_TIMES
+            + _TWICE_AS_FAR * math.log2(depths[1] / depths[0])))
+
+    @property
+    def weaker_share(self) -> float:
+        """Share of the keypoints, of those that confirm one motion alone, for the weaker one."""
+        return min(self.first, self.second) / max(self.first + self.second, 1)
+
+    @property
+    def are_confirmed(self) -> bool:
+        """Support of both motions by enough keypoints."""
+        return (min(self.first, self.second) > FEWEST_TO_CONFIRM
+                and self.weaker_share > _LEAST_SHARE)
+
+
+def _votes(keypoints: tuple[np.ndarray, np.ndarray],
+           fits: tuple[Fit, Fit]) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of the keypoints of two poses confirm that one alone, or far better."""
+    _, *common = np.intersect1d(*keypoints, assume_unique=True, return_indices=True)
+    votes = np.ones(len(keypoints[0]), bool), np.ones(len(keypoints[1]), bool)
+    errors = [np.maximum(fit.squared_errors[rows], _LEAST_ERROR)
+              for fit, rows in zip(fits, common)]
+    votes[0][common[0]] = errors[1] > _CLEARLY * errors[0]
+    votes[1][common[1]] = errors[0] > _CLEARLY * errors[1]
+    return votes
+
+
+def _bias(bias: SensorBias | None) -> float:
+    """Return the square of a bias between keypoints and depth; 1, as of noise, without one."""
+    return 1.0 if bias is None else max(bias.least_normalised, 1.0)
+
+
+def _share(fit: Fit) -> float:
+    return max(fit.scene_share, 0.01)
