@@ -124,7 +124,8 @@ class Problem:
         if every is None:
             return np.empty((0, 3))
         points = every.points.take(every.chosen, axis=0)
-        kept = moving_objects.are_nearer(points, self._all_tracks.points[~self._moving], objects)
+        kept = moving_objects.are_of_scene(
+            points, self._all_tracks.points[~self._moving], objects)
         self._points = replace(every, chosen=every.chosen[kept])
         left_out: np.ndarray = points[~kept]
         return left_out

@@ -74,10 +74,17 @@ def test_tracks_are_where_the_source_sees_them_and_where_the_target_measured_the
 def test_points_are_of_what_is_nearer_in_space(view):
     tracks, on_board = view
     points = np.float32([[0.1, 0.1, WALL], [0.1, 0.1, BOARD], [0.28, 0.0, BOARD + 0.05]])
-    np.testing.assert_array_equal(moving_objects.are_nearer(
+    np.testing.assert_array_equal(moving_objects.are_of_scene(
         points, tracks.points[~on_board], tracks.points[on_board]), [True, False, False])
     nothing = np.empty((0, 3))
-    assert moving_objects.are_nearer(points, tracks.points, nothing).all()
+    assert moving_objects.are_of_scene(points, tracks.points, nothing).all()
+
+
+def test_what_is_far_from_an_object_is_not_on_it_though_no_track_is_nearer():
+    """A fifth of the distance from the camera: 0.3 m here."""
+    points = np.float32([[0.29, 0.0, BOARD], [0.31, 0.0, BOARD], [0.0, 0.0, WALL]])
+    np.testing.assert_array_equal(moving_objects.are_of_scene(
+        points, np.empty((0, 3)), np.array([[0.0, 0.0, BOARD]])), [False, True, True])
 
 
 def test_tracks_beside_an_object_are_those_that_appear_near_it(view):
