@@ -391,7 +391,8 @@ class Odometry:
         self._keyframes.advance(references, last, attempt)
         self._twist_covariance = increment.pose.covariance / increment.interval ** 2
         memory.track(references.keyframe, self._pose.matrix, detour, effort, interval)
-        self._gravity.update(prepared.stamp, reference.pose, measured, memory.T_odom_reckoned)
+        self._gravity.update(prepared.stamp, reference.pose, measured, memory.T_odom_reckoned,
+                             self._corrected)
         return self._update(
             prepared, Status.OK, registration.reason, increment=increment, recovered=recovered,
             reference=reference.prepared.keypoints, matches=registration.matches,

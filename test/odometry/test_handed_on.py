@@ -250,11 +250,12 @@ def test_by_depth_alone_the_gyroscope_and_the_filter_learn_nothing(parts, tracke
 
 def test_gravity_gets_the_measurement_and_the_correction(parts, tracked, attempt_to):
     _, update = tracked(attempt_to())
-    stamp, reference, measured, T_odom_reckoned = parts.asked('Gravity', 'update')[0]
+    stamp, reference, measured, T_odom_reckoned, corrected = parts.asked('Gravity', 'update')[0]
     assert stamp == update.stamp
     assert_same(reference, PoseWithCovariance(START))
     assert_same(measured, START @ parts.attempt.registration.pose)
     np.testing.assert_allclose(T_odom_reckoned, parts.corrected, atol=1e-12)
+    assert_same(parts.levelled @ corrected @ parts.held, update.pose)
 
 
 @pytest.mark.parametrize('is_known', [True, False])

@@ -26,6 +26,11 @@ class Disagreement:
         """Contradiction of the camera in most of the recent comparisons."""
         return self.wrong_for > 0
 
+    @property
+    def is_suspected(self) -> bool:
+        """More contradictions than those of a sensor that is right."""
+        return self.is_wrong or self._share > self._right
+
     def note(self, agrees: bool) -> None:
         """Note one comparison."""
         self._share += (float(not agrees) - self._share) / self._memory

@@ -134,6 +134,7 @@ class Gravity:
             return None
         self.start = np.eye(4)
         self.start[:3, :3] = level_orientation(force / np.linalg.norm(force))
+        self._level.begin(self.start[:3, 3], self._tilt_variance(force))
         return PoseWithCovariance(self.start.copy())
 
     def begin_again(self, stamp: int, pose: PoseWithCovariance) -> PoseWithCovariance | None:
@@ -153,8 +154,7 @@ class Gravity:
         turn = se3.rotation_between(pose.rotation @ force / np.linalg.norm(force), UP)
         covariance = pose.covariance.copy()
         covariance[_TILT], covariance[:, _TILT] = 0.0, 0.0
-        variance = _variance(force) + self._settings.accelerometer_bias_sigma ** 2
-        covariance[_TILT, _TILT] = variance / GRAVITY ** 2 * np.eye(2)
+        covariance[_TILT, _TILT] = self._tilt_variance(force) * np.eye(2)
         return PoseWithCovariance(se3.perturbed(pose.matrix, np.append(np.zeros(3), turn)),
                                   covariance)
 
@@ -163,7 +163,7 @@ class Gravity:
         return self._level.apply(pose)
 
     def update(self, stamp: int, reference: PoseWithCovariance, measured: PoseWithCovariance,
-               T_odom_reckoned: np.ndarray) -> None:
+               T_odom_reckoned: np.ndarray, corrected: PoseWithCovariance) -> None:
         """
         Add a pose that was measured.
 
@@ -171,6 +171,7 @@ class Gravity:
         :param reference: ``T_reckoned_reference``, by dead reckoning.
         :param measured: ``T_reckoned_camera``, with the covariance of this measurement alone.
         :param T_odom_reckoned: correction of the dead reckoning, 4x4.
+        :param corrected: the pose with it, ``T_odom_camera``, its covariance since the start.
         """
         if self.start is None or not self._settings.gravity:
             return
@@ -178,9 +179,10 @@ class Gravity:
         at_imu = measured @ self._T_camera_imu  # it is there that forces are measured
         self._advance(stamp, reference, at_imu)
         self._stamp, self._last, self._reference = stamp, at_imu, reference
-        if self._filter is not None and not self.complaint:
+        is_doubted = self._samples.unchanged or self._disagreement.is_suspected
+        if self._filter is not None and not is_doubted:
             up = self._filter.up.in_axes(T_odom_reckoned[:3, :3])
-            self._level.approach(up, T_odom_reckoned @ measured, min(elapsed, _LONGEST_STEP))
+            self._level.approach(up, corrected, min(elapsed, _LONGEST_STEP))
 
     def _advance(self, stamp: int, reference: PoseWithCovariance,
                  measured: PoseWithCovariance) -> None:
@@ -240,6 +242,10 @@ class Gravity:
             return None
         force: np.ndarray = np.mean(turned, axis=0)
         return force
+
+    def _tilt_variance(self, force: np.ndarray) -> float:
+        """Return the variance of roll, and of pitch, by a force that has the bias [rad^2]."""
+        return (_variance(force) + self._settings.accelerometer_bias_sigma ** 2) / GRAVITY ** 2
 
     def _note(self, agrees: bool) -> None:
         """Note whether a position is the one expected; begin anew, and again, where it is not."""

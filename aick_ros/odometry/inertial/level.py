@@ -10,30 +10,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import KalmanUpdate, propagated
-from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry import definite, se3
+from aick_ros.geometry.pose import PoseWithCovariance, at_point
 
 UP = np.array([0.0, 0.0, 1.0])
 """The direction of z in a level frame, 3; by definition."""
 
-_POSITION, _TILT = np.eye(3, 6), np.eye(2, 6, 3)  # by definition: rotations about x and y
+_TILT = slice(3, 5)  # by definition: rotations about x and y
 _TILT_BY_UP = se3.skew(UP)[:2]  # derivative of these by the direction
 
-_TIME = 3.0  # s; chosen: the direction of gravity changes by less than noise meanwhile
+_TIME = 1.0  # s; chosen: the direction of gravity changes by less than noise meanwhile
 _MAX_TURN = 0.0017  # rad; chosen: a tenth of a degree per frame is no jump
 
-_SHARE_OF_NOISE = 0.5
-"""Largest correction per second, by the standard deviation of the orientation of one frame.
+_FASTEST = 0.0175
+"""Largest turn per second [rad].
 
-Chosen on two excerpts of real recordings and simulated drift: relative errors over one second do
-not grow, and with 1.0 the start is level no more than twice as soon."""
-
-_SETTLED = 20.0
-"""Time from which on it is corrected so fast [s]; before, slower in proportion to the time.
-
-Chosen on rendered rooms: at first a pose is taken to be far less certain than it is, and a start
-that is tilted can wait."""
+Chosen on rendered rooms: a BMI055 makes a start that is tilted by 7 deg level within ten seconds.
+Meanwhile the path is bent: the slower, the less per second, and the more of it is tilted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,56 +49,82 @@ class Level:
     """
     Transform to a frame in which z points up, from one that has drifted.
 
-    It turns slowly, about the camera, so that neither its position nor its motion jumps.
+    It turns slowly, about the camera, so that neither its position nor its motion jumps. What is
+    known of the tilt but not corrected yet is part of the covariance, and so are the positions
+    that were reached with it.
     """
 
     def __init__(self) -> None:
         self._T_level_drifted = np.eye(4)
+        self._start: tuple[np.ndarray, np.ndarray] | None = None
         self._noise: np.ndarray | None = None  # covariance of roll and pitch by gravity
-        self._left = np.zeros(2)  # error of roll and pitch that is not corrected yet
-        self._age = 0.0  # s
+        self._error, self._left = np.zeros((2, 2))  # of them, in all and not corrected yet
+        self._before = np.zeros((2, 2))  # their covariance since the start meanwhile
+
+    def begin(self, position: np.ndarray, variance: float) -> None:
+        """
+        Begin with a first pose whose covariance is without the error of its tilt.
+
+        :param position: of the camera there, 3 [m].
+        :param variance: of roll and of pitch [rad^2].
+        """
+        self._start = position.copy(), variance * np.eye(2)
 
     def apply(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """
         Return a pose in the level frame.
 
-        Roll and pitch are as uncertain as gravity leaves them, and by what is not corrected yet.
+        Roll and pitch are as uncertain as gravity leaves them, by what the pose has drifted since
+        it was seen, and by what is not corrected yet; the rest as far as it depends on them.
         """
-        matrix: np.ndarray = self._T_level_drifted @ pose.matrix
+        level = self._since_level(pose)
+        covariance = level.covariance
         if self._noise is None:
-            return PoseWithCovariance(matrix, pose.covariance)
-        update = KalmanUpdate.of(pose.covariance, _TILT, self._noise)
-        gain, kept = update.gain, update.kept
-        gain[:3], kept[:3] = 0.0, _POSITION  # positions stay where they are
-        error = self._noise + np.outer(self._left, self._left)
-        return PoseWithCovariance(matrix, propagated(kept, pose.covariance, gain, error))
+            return level
+        tilt = covariance[_TILT, _TILT]
+        by_tilt = np.linalg.lstsq(tilt, covariance[_TILT], rcond=None)[0].T
+        by_tilt[_TILT] = np.eye(2)
+        left = by_tilt @ self._error
+        left[:3] += pose.translation - level.translation
+        left[_TILT] = self._left
+        known = self._noise + definite.nonnegative(tilt - self._before)
+        rest = definite.nonnegative(covariance - by_tilt @ tilt @ by_tilt.T)
+        return level.with_covariance(
+            rest + by_tilt @ known @ by_tilt.T + np.outer(left, left))
 
     def approach(self, up: Direction, pose: PoseWithCovariance, elapsed: float) -> None:
         """
-        Turn the frame towards the level one, by less than orientations err by.
+        Turn the frame towards the level one.
 
         The error is corrected as far as it exceeds the uncertainty of gravity: what that changes
         by would be added to the motion.
 
         :param up: in the frame that has drifted.
-        :param pose: ``T_drifted_camera``, with the covariance of one measurement.
+        :param pose: ``T_drifted_camera``, with its covariance since the start.
         :param elapsed: time since the last step [s].
         """
         seen = up.in_axes(self._T_level_drifted[:3, :3])
-        error = se3.rotation_between(seen.vector, UP)
         self._noise = _TILT_BY_UP @ seen.covariance @ _TILT_BY_UP.T
+        error = se3.rotation_between(seen.vector, UP)
         angle = max(math.hypot(*error), 1e-12)
         uncertain = math.sqrt(error[:2] @ self._noise @ error[:2]) / angle
-        sigma = math.sqrt(pose.covariance[3:, 3:].trace() / 3)
-        self._age += elapsed
-        share = _SHARE_OF_NOISE * min(self._age / _SETTLED, 1.0)
-        largest = min(share * sigma * elapsed, _MAX_TURN)
-        significant = min(elapsed / _TIME, 1.0) * max(angle - uncertain, 0.0)
-        step = min(significant, largest) / angle * error
+        significant = max(angle - uncertain, 0.0)
+        turn = min(min(elapsed / _TIME, 1.0) * significant, _FASTEST * elapsed, _MAX_TURN)
+        step = turn / angle * error
         levelled = se3.perturbed(self._T_level_drifted @ pose.matrix,
                                  np.concatenate([np.zeros(3), step]))
         self._T_level_drifted = levelled @ se3.inverse(pose.matrix)
         self._left = (error - step)[:2]
+        self._error = se3.rotation_between(up.vector, UP)[:2]
+        self._before = self._since_level(pose).covariance[_TILT, _TILT]
+
+    def _since_level(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        """Return a pose in the level frame, with the error of the first one that was level."""
+        if self._start is not None:
+            position, tilt = self._start
+            by_tilt = at_point(pose.translation - position)[:, _TILT]
+            pose = pose.with_covariance(pose.covariance + by_tilt @ tilt @ by_tilt.T)
+        return self._T_level_drifted @ pose
 
 
 def level_orientation(up: np.ndarray) -> np.ndarray:

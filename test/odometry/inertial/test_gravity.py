@@ -68,8 +68,8 @@ def follow(samples, path=moving, seconds=15, drift=0.4):
                                 ORIENTATION_SIGMA * rng.standard_normal(3)])
         seen = PoseWithCovariance(
             se3.perturbed(se3.inverse(keyframe) @ truth, error), noise)
-        gravity.update(stamp, reference, reference.matrix @ seen, np.eye(4))
         measured = reference @ seen
+        gravity.update(stamp, reference, reference.matrix @ seen, np.eye(4), measured)
         rows.append([tilt(pose.rotation, truth)
                      for pose in (measured, gravity.levelled(measured))])
         if index % RATE == RATE - 1:  # the next keyframe, with an error that does not average out
@@ -90,8 +90,8 @@ def test_it_begins_level_and_drifts_no_more(recorded):
     rows, gravity = follow(recorded, seconds=30, drift=0.05)
     assert rows[0, 1] < 0.35
     drifted, level = rows[-RATE:].mean(axis=0)
-    assert drifted > 0.6
-    assert level < 0.5  # as well as gravity is known then
+    assert drifted > 0.9
+    assert level < 0.7 * drifted  # as well as gravity is known then
     assert gravity.complaint == ''
     assert gravity.description.startswith('bias (')
 
@@ -136,7 +136,8 @@ def test_at_rest_noise_alone_tilts_the_start():
 def test_wrong_axes_are_named_and_the_motion_stays_as_it_is(recorded, change):
     rows, gravity = follow(changed(recorded, change), drift=0.0)
     assert 'contradicts the motion of the camera' in gravity.complaint
-    assert np.ptp(rows[:, 1]) < 1.0  # wrong from the start, but at rest
+    # wrong from the start, but at rest; suspected before it has turned the frame by far
+    assert np.ptp(rows[:, 1]) < 1.5
 
 
 @pytest.mark.parametrize('change', [np.zeros_like, lambda a: a / 9.81, lambda a: a * np.nan],
@@ -179,8 +180,9 @@ def test_after_a_pause_the_frame_turns_by_no_more_than_in_a_fifth_of_a_second(re
         stamp = START + round(second * NANOSECONDS)
         gravity.add(recorded.until(stamp, before), 0.0)
         before = stamp
-        gravity.update(stamp, begun, begun.matrix @ PoseWithCovariance(
-            se3.inverse(moving(START)) @ moving(stamp), noise), np.eye(4))
+        seen = begun.matrix @ PoseWithCovariance(
+            se3.inverse(moving(START)) @ moving(stamp), noise)
+        gravity.update(stamp, begun, seen, np.eye(4), seen)
     assert steps == pytest.approx([0.2, 0.05, 0.1, 0.2, 0.1])
 
 

@@ -9,6 +9,7 @@ from scipy.stats import chi2
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.odometry.inertial import gravity_filter
 from aick_ros.odometry.inertial.force_integral import Impulse
 from aick_ros.odometry.inertial.gravity_filter import GRAVITY, GravityFilter
 from aick_ros.settings import ImuSettings
@@ -17,6 +18,12 @@ STEP = 1 / 15  # s
 SETTINGS = ImuSettings(accelerometer_bias_walk=0.0)
 POSITION_SIGMA, ORIENTATION_SIGMA = 0.002, 1e-4
 FIRST_SIGMA = 0.5  # m/s^2
+
+
+@pytest.fixture(autouse=True)
+def white_noise(monkeypatch):
+    """Let the forces have no errors but those that the settings say."""
+    monkeypatch.setattr(gravity_filter, '_UNMODELLED', 0.0)
 
 
 def orientation(time):
@@ -88,6 +95,19 @@ def test_the_noise_of_a_force_moves_the_camera_as_long_as_it_lasts():
     by_force = np.kron([[0.5 * time ** 2], [time], [0.0], [0.0]], np.eye(3))
     np.testing.assert_allclose(covariances[1] - covariances[0],
                                noise ** 2 / time * by_force @ by_force.T, atol=1e-12)
+
+
+def test_what_is_no_white_noise_is_added_to_it(monkeypatch):
+    """So that an accelerometer whose noise at rest was measured is not taken for exact."""
+    covariances = []
+    for settings, more in ((ImuSettings(accelerometer_noise=0.05), 0.0),
+                           (ImuSettings(accelerometer_noise=0.03), 0.04)):
+        monkeypatch.setattr(gravity_filter, '_UNMODELLED', more)
+        estimate = any_filter(settings)
+        estimate.predict(Impulse(0.1, np.zeros(3), np.zeros(3), 0.1 * np.eye(3),
+                                 0.005 * np.eye(3)), np.zeros((3, 3)))
+        covariances.append(estimate.covariance)
+    np.testing.assert_allclose(*covariances, atol=1e-15)
 
 
 def test_five_seconds_tell_gravity_from_motion_and_bias():

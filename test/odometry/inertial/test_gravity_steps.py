@@ -32,6 +32,7 @@ def covariance(scale=1e-2):
 
 SEEN = [PoseWithCovariance(se3.exp(0.2 * RNG.standard_normal(6)), covariance()) for _ in range(3)]
 REFERENCE = PoseWithCovariance(se3.exp(0.5 * RNG.standard_normal(6)), covariance(3e-3))
+CORRECTED = PoseWithCovariance(se3.exp(0.3 * RNG.standard_normal(6)), covariance(2e-2))
 NEXT_REFERENCE = REFERENCE @ PoseWithCovariance(
     se3.exp(0.1 * RNG.standard_normal(6)), covariance(1e-3))
 
@@ -54,7 +55,7 @@ class Played:
     """Gravity with an integral, a filter and a correction that note what they are given."""
 
     def __init__(self, monkeypatch, settings=SETTINGS):
-        self.log, self.filters, self.agrees = [], [], True
+        self.log, self.filters, self.began, self.agrees = [], [], [], True
         self.force, self.duration = FORCE, 0.1
         monkeypatch.setattr('aick_ros.odometry.inertial.gravity.GravityFilter', self._filter)
         self.gravity = Gravity(settings)
@@ -66,6 +67,7 @@ class Played:
 
     def watch(self):
         self.gravity._level = SimpleNamespace(
+            begin=lambda *at: self.began.append(at),
             approach=lambda *to: self.log.append(('approach', *to)))
 
     def _filter(self, *made_with):
@@ -84,7 +86,8 @@ class Played:
     def update(self, seconds, seen=SEEN[0], reference=REFERENCE):
         self.log.clear()
         stamp = START + round(seconds * NANOSECONDS)
-        self.gravity.update(stamp, reference, reference.matrix @ seen, CORRECTION)
+        self.gravity.update(stamp, reference, reference.matrix @ seen, CORRECTION,
+                            CORRECTED)
         return self.log
 
     def kinds(self):
@@ -114,6 +117,15 @@ def test_the_first_frame_is_level_by_the_force_of_a_tenth_of_a_second(play):
     np.testing.assert_array_equal(played.gravity.start, played.first.matrix)
     played.first.matrix[0, 3] = 9.0
     assert played.gravity.start[0, 3] == 0.0
+
+
+def test_the_first_tilt_is_as_uncertain_as_hand_and_bias(play):
+    """And as the force differs from gravity."""
+    played = play(settings=ImuSettings(accelerometer_bias_sigma=1.2))
+    (position, variance), = played.began
+    np.testing.assert_array_equal(position, np.zeros(3))
+    assert variance == pytest.approx((
+        0.5 ** 2 + 1.2 ** 2 + (np.linalg.norm(FORCE) - GRAVITY) ** 2) / GRAVITY ** 2)
 
 
 @pytest.mark.parametrize('strength, is_level', [
@@ -196,9 +208,7 @@ def test_what_is_up_is_told_to_the_frame_as_it_is_published(play):
     _, (up, rotation), pose, elapsed = played.update(0.1, SEEN[1])[-1]
     assert up == 'up' and elapsed == pytest.approx(0.1)
     np.testing.assert_array_equal(rotation, CORRECTION[:3, :3])
-    expected = CORRECTION @ (REFERENCE.matrix @ SEEN[1])
-    np.testing.assert_allclose(pose.matrix, expected.matrix, atol=1e-12)
-    np.testing.assert_allclose(pose.covariance, expected.covariance, atol=1e-12)
+    assert pose is CORRECTED
     assert played.update(5.0)[-1][3] == 0.2  # no more than a fifth of a second
 
 
@@ -249,6 +259,14 @@ def test_it_is_wrong_where_a_fifth_disagrees_and_right_again_below_a_twentieth(p
         played.update(0.1 * (frame := frame + 1))
     assert agreed == np.ceil(np.log(0.05 / share) / np.log(29 / 30))
     assert played.kinds()[-1] == 'approach'
+
+
+def test_while_it_is_suspected_the_frame_stays_as_it_is(play):
+    """From the second contradiction on, long before it is wrong."""
+    played = play()
+    played.agrees = False
+    assert played.update(0.1)[-1][0] == 'approach'
+    assert played.update(0.2)[-1][0] != 'approach' and not played.gravity.complaint
 
 
 def test_while_it_is_wrong_it_begins_anew_every_three_seconds(play):
