@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
@@ -21,6 +23,8 @@ from aick_ros.odometry.reference import Reference
 from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
+
+Joined = Callable[[PoseWithCovariance], PoseWithCovariance]
 
 _LONGEST_WAITS = {Effort.LEAST: 0, Effort.MORE: 1, Effort.MUCH: 3}
 """Frames that a step of a search has waited for one that leaves time, up to which it waits on.
@@ -42,9 +46,12 @@ class KeyframeMemory:
     what is measured when one is found again, and lets the published pose approach the solution.
 
     :param first: the first keyframe; the published pose begins at its pose.
+    :param joined: returns a pose with what is known of it beside the images, as of a plane.
     """
 
-    def __init__(self, settings: Settings, registrar: Registrar, first: Reference) -> None:
+    def __init__(self, settings: Settings, registrar: Registrar, first: Reference,
+                 joined: Joined = lambda pose: pose) -> None:
+        self._joined = joined
         self._graph = KeyframeGraph(0, first.pose)
         self._frames = {0: first.prepared}
         self._view_covariances = {0: np.zeros((6, 6))}
@@ -103,8 +110,7 @@ class KeyframeMemory:
         self._continue_search(effort, interval)
         if self.reused == 0:
             return
-        T_odom_reckoned = (self._graph.pose(self._newest).matrix
-                           @ se3.inverse(self._reckoned.matrix))
+        T_odom_reckoned = self._keyframe_pose.matrix @ se3.inverse(self._reckoned.matrix)
         self._error = self._correction.approach(
             T_odom_reckoned @ T_reckoned_camera, T_reckoned_camera)
 
@@ -118,7 +124,7 @@ class KeyframeMemory:
         """
         if self.reused == 0:
             return pose
-        newest = self._graph.pose(self._newest)
+        newest = self._keyframe_pose
         shared = self._found @ (se3.inverse(self._found.matrix) @ newest.matrix)
         keyframe = newest.with_covariance(newest.covariance + shared.covariance)
         estimate = keyframe @ pose.since(self._reckoned)
@@ -129,6 +135,11 @@ class KeyframeMemory:
     def T_odom_reckoned(self) -> np.ndarray:
         """Transform from the frame of the dead reckoning to that of the published poses, 4x4."""
         return self._correction.T_odom_reckoned
+
+    @property
+    def _keyframe_pose(self) -> PoseWithCovariance:
+        """The newest keyframe by the graph, and by what is known beside: places alone may tilt."""
+        return self._joined(self._graph.pose(self._newest))
 
     def keypoints_from(self, pose: PoseWithCovariance) -> np.ndarray:
         """

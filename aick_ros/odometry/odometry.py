@@ -359,7 +359,8 @@ class Odometry:
         self._plane.begin(self._pose.matrix)
         first = Reference(prepared, self._pose)
         self._references = References(first)
-        self._memory = KeyframeMemory(self._settings, self._registrar, first)
+        self._memory = KeyframeMemory(
+            self._settings, self._registrar, first, self._plane.joined)
         return self._update(prepared, Status.FIRST_FRAME, f'{count} keypoints',
                             recovered=recovered)
 

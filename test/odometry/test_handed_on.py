@@ -52,10 +52,11 @@ def test_the_first_frame_is_where_it_is_told_and_begins_plane_and_memory(parts, 
     assert parts.asked('Gravity', 'begin') == []
     (plane,), = parts.asked('Plane', 'begin')
     np.testing.assert_array_equal(plane, START)
-    (settings, registrar, first), = parts.arguments('KeyframeMemory')
+    (settings, registrar, first, joined), = parts.arguments('KeyframeMemory')
     assert settings is one.odometry._settings and registrar is one.odometry._registrar
     assert first.prepared is update.prepared
     np.testing.assert_array_equal(first.pose.matrix, START)
+    assert_same(joined(first.pose), first.pose @ parts.joined)
     assert not first.pose.covariance.any() and not first.in_keyframe.covariance.any()
     assert update.level_start is not parts.start  # its own
     np.testing.assert_array_equal(update.level_start, parts.start)

@@ -385,10 +385,10 @@ class Bringing:
         return dataclasses.replace(target, distortion=source.distortion)
 
 
-def memory_at(pose, changes=None, registrar=None):
+def memory_at(pose, changes=None, registrar=None, **options):
     settings = with_values(Settings(), changes or {})
     return KeyframeMemory(
-        settings, registrar or Bringing(), Reference(prepared(0), pose)), settings
+        settings, registrar or Bringing(), Reference(prepared(0), pose), **options), settings
 
 
 def metres_apart(index):
@@ -575,7 +575,7 @@ def test_without_a_refinement_a_search_ends(scripted):
     assert asked and len(script.asked) == asked
 
 
-def found_again(scripted, measured, covariance, changes=None):
+def found_again(scripted, measured, covariance, changes=None, **options):
     """
     Return a memory of two keyframes, the second found again, and poses by dead reckoning.
 
@@ -584,7 +584,7 @@ def found_again(scripted, measured, covariance, changes=None):
     :param measured: ``T_first_second`` as it was found.
     """
     scripted(accepted=(RelativePose(0, 1, PoseWithCovariance(measured, covariance)),))
-    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0, **(changes or {})})
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0, **(changes or {})}, **options)
     second = START @ STEPS[0]
     beyond = second @ STEPS[1]
     for _ in range(2):
@@ -628,6 +628,24 @@ def test_the_published_pose_approaches_where_the_keyframe_was_found(scripted):
     places = memory.keypoints_from(beyond).reshape(2, KEYPOINTS, 3)[:, 0]
     np.testing.assert_allclose(places[0], se3.inverse(truth @ STEPS[1].matrix)[:3, 3], atol=1e-6)
     np.testing.assert_allclose(places[1], se3.inverse(STEPS[1].matrix)[:3, 3], atol=1e-6)
+
+
+def test_what_is_known_of_a_pose_beside_the_images_holds_where_a_place_was_found(scripted):
+    """As of a plane: the place alone would lift the path out of it."""
+    truth = STEPS[0].matrix @ se3.exp([0.01, 0.02, -0.01, 0.01, 0.005, -0.01])
+    known = PoseWithCovariance(START.matrix @ truth @ se3.exp([0, 0, 0.02, 0, 0, 0.01]),
+                               1e-8 * np.eye(6))
+    asked = []
+    memory, _, beyond = found_again(scripted, truth, 1e-14 * np.eye(6), {
+        'odometry.correction_step': 0.1, 'odometry.correction_turn': 0.1},
+        joined=lambda pose: asked.append(pose.matrix) or known)
+    np.testing.assert_allclose(asked[-1], START.matrix @ truth, atol=1e-6)
+    error = se3.difference(known.matrix @ STEPS[1].matrix, beyond.matrix)
+    found = memory.published(beyond)
+    np.testing.assert_allclose(found.matrix, se3.perturbed(beyond.matrix, error / 60), atol=1e-7)
+    left = found.covariance - np.outer(59 / 60 * error, 59 / 60 * error)
+    keyframe = known.with_covariance(known.covariance + COVARIANCE)
+    np.testing.assert_allclose(left, (keyframe @ STEPS[1]).covariance, atol=2e-6)
 
 
 def test_a_keyframe_that_was_not_found_itself_has_its_own_error_once(scripted):
