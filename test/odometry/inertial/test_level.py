@@ -8,6 +8,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.odometry.inertial import level as level_module
 from aick_ros.odometry.inertial.level import Direction, Level, level_orientation
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -15,6 +16,12 @@ DRIFT = se3.exp_rotation([np.radians(2.0), np.radians(-1.0), 0.0])
 NOISE = np.radians(0.05)
 CAMERA = PoseWithCovariance(se3.exp([3.0, -1.0, 0.5, 0.2, 0.4, 1.0]),
                             np.diag(np.repeat([1e-4, NOISE], 3) ** 2))
+
+
+@pytest.fixture(autouse=True)
+def fast(monkeypatch):
+    """Let it turn by a degree per second: at its own speed these tests would take minutes."""
+    monkeypatch.setattr(level_module, '_FASTEST', 0.0175)
 
 
 def up(sigma=np.radians(0.1)):
@@ -34,7 +41,16 @@ def test_a_camera_that_looks_ahead_looks_along_x():
     assert np.allclose(down @ UP, [np.cos(0.5), 0, -np.sin(0.5)])
 
 
-def test_it_becomes_level_about_the_camera_by_a_degree_per_second_at_most():
+def test_it_turns_by_six_thousandths_of_a_degree_per_second(monkeypatch):
+    """A turn bends the path: rotations over a second must not err by more."""
+    monkeypatch.undo()
+    level, before = Level(), np.radians(np.sqrt(5.0))
+    for _ in range(30):
+        level.approach(up(1e-5), CAMERA, 1 / 30)
+    assert before - tilt(level) == pytest.approx(0.0001, rel=0.02)
+
+
+def test_it_becomes_level_about_the_camera_as_fast_as_it_may_turn():
     level, tilts, position = Level(), [np.radians(np.sqrt(5.0))], CAMERA.translation
     for _ in range(30):
         level.approach(up(1e-5), CAMERA, 1 / 30)
