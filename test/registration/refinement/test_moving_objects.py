@@ -46,9 +46,9 @@ def test_scattered_tracks_are_no_object(view):
     assert not moving_objects.on_objects(tracks, np.arange(180) % 4 == 0).any()
 
 
-@pytest.mark.parametrize('number, is_object', [(27, True), (26, False)])
+@pytest.mark.parametrize('number, is_object', [(36, True), (35, False)])
 def test_an_object_has_a_share_of_all_tracks(view, number, is_object):
-    """15 %."""
+    """A fifth."""
     tracks, on_board = view
     some = tracks[np.r_[:180 - 60, 120:120 + number, 120 + number:180]]
     far_off = on_board & (np.arange(180) < 120 + number)
