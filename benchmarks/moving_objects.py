@@ -22,13 +22,11 @@ from collections.abc import Callable, Iterator
 import cv2
 import numpy as np
 from at_rest import CAMERA
-from passing import RATE, Rest, errors_of
+from passing import RATE, errors_of, measured, room_of
 
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.sources.synthetic import (
-    SyntheticOptions, SyntheticSource, furniture, materials, prints)
+from aick_ros.sources.synthetic import SyntheticOptions, furniture, materials, prints
 from aick_ros.sources.synthetic.assembly import Assembly
 from aick_ros.sources.synthetic.renderer import Picture, Renderer
 
@@ -124,9 +122,7 @@ class Scene:
         duration, self._motions = OBJECTS[name]
         self.count = BEFORE + round(duration * RATE) + AFTER
         self.options = SyntheticOptions(seed=seed, frames=self.count, camera=CAMERA, rate=RATE)
-        source = SyntheticSource(self.options)
-        if not is_held:
-            source = SyntheticSource(self.options, source.scene, Rest(source))
+        source = room_of(self.options, is_held)
         self.poses = source.ground_truth.poses
         self._room = Renderer(source.scene.surfaces, CAMERA)
         view = self.poses[0]
@@ -153,13 +149,8 @@ class Scene:
         return Picture(colour, np.where(np.isfinite(depth), depth, np.nan))
 
     def frames(self) -> Iterator[RgbdFrame]:
-        """Yield the frames, with the noise of the camera."""
-        rng = np.random.default_rng(self.options.seed)
-        for index in range(self.count):
-            picture = self.picture(index)
-            yield RgbdFrame(self.options.start + round(index * NANOSECONDS / RATE),
-                            self.options.colour.measure(picture.colour, 1.0, rng),
-                            self.options.depth.measure(picture.depth, CAMERA, rng), CAMERA)
+        """Return the frames, with the noise of the camera."""
+        return measured(map(self.picture, range(self.count)), self.options)
 
 
 def main() -> None:

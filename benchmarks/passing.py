@@ -63,9 +63,7 @@ class Passage:
         self._speed, self._first = speed, -reach / 2 - width - 0.05
         self.count = BEFORE + round((reach + width + 0.1) / speed * RATE) + AFTER
         self.options = SyntheticOptions(seed=seed, frames=self.count, camera=CAMERA, rate=RATE)
-        source = SyntheticSource(self.options)
-        if not is_held:
-            source = SyntheticSource(self.options, source.scene, Rest(source))
+        source = room_of(self.options, is_held)
         self.poses = source.ground_truth.poses
         self._room = Renderer(source.scene.surfaces, CAMERA)
         self._board = Renderer([board(seed, width, self.poses[0])], CAMERA)
@@ -83,13 +81,24 @@ class Passage:
                        np.where(is_nearer, before.depth, seen.depth))
 
     def frames(self, has_board: bool) -> Iterator[RgbdFrame]:
-        """Yield the frames, with the noise of the camera."""
-        rng = np.random.default_rng(self.options.seed)
-        for index in range(self.count):
-            picture = self.picture(index, has_board)
-            yield RgbdFrame(self.options.start + round(index * NANOSECONDS / RATE),
-                            self.options.colour.measure(picture.colour, 1.0, rng),
-                            self.options.depth.measure(picture.depth, CAMERA, rng), CAMERA)
+        """Return the frames, with the noise of the camera."""
+        return measured((self.picture(index, has_board) for index in range(self.count)),
+                        self.options)
+
+
+def room_of(options: SyntheticOptions, is_held: bool) -> SyntheticSource:
+    """Return a room with a camera in a hand, or at rest where that begins."""
+    source = SyntheticSource(options)
+    return source if is_held else SyntheticSource(options, source.scene, Rest(source))
+
+
+def measured(pictures: Iterable[Picture], options: SyntheticOptions) -> Iterator[RgbdFrame]:
+    """Yield the frames of pictures, with the noise of the camera."""
+    rng = np.random.default_rng(options.seed)
+    for index, picture in enumerate(pictures):
+        yield RgbdFrame(options.start + round(index * NANOSECONDS / RATE),
+                        options.colour.measure(picture.colour, 1.0, rng),
+                        options.depth.measure(picture.depth, CAMERA, rng), CAMERA)
 
 
 def board(seed: int, width: float, view: np.ndarray) -> Rectangle:

@@ -82,7 +82,7 @@ class RepeatingSceneCheck:
 
     def _by_keypoints(self, found: Registration, other: Refined, expected: np.ndarray,
                       sigmas: np.ndarray) -> Registration:
-        """Return the registration, or the other pose, as their keypoints and the motion tell."""
+        """Return the registration, or the other pose, by their keypoints and the motion model."""
         motions = TwoMotions.of(found, other.applied_to(found, ''), expected, sigmas)
         if motions is not None and other.is_confirmed and motions.are_confirmed:
             return _replaced(found, other) if motions.evidence > 0.0 else found

@@ -96,7 +96,7 @@ class Fit:
 
     @property
     def has_objects(self) -> bool:
-        """Objects that move by themselves have been left out."""
+        """Objects that move by themselves have been dropped."""
         return self.scene_share < 1.0
 
 

@@ -22,9 +22,9 @@ from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Fit, Registration, SensorBias
 from aick_ros.registration.sensor_agreement import BETTER
 
-_CLEARLY = 4.0  # chosen: ratio of the squared errors by which a keypoint tells two poses apart
+_CLEARLY = 4.0  # chosen: ratio of the squared errors from which on a keypoint confirms one pose
 _LEAST_ERROR = 0.25 ** 2  # chosen: smaller squared errors are taken as equal
-_LEAST_SHARE = 0.15  # chosen: of the keypoints that tell them apart, for the weaker one to count
+_LEAST_SHARE = 0.15  # chosen: of the keypoints that confirm one alone, for the weaker one
 
 # Evidence, each by which one motion outweighs another. Chosen on rendered rooms through which
 # boards, people, cartons and posters move, with 10 to 70 % of the keypoints.

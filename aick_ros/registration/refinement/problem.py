@@ -68,7 +68,7 @@ class Problem:
     def correct(self, misalignment: Misalignment, twist: np.ndarray | None,
                 pose: np.ndarray) -> None:
         """
-        Correct what both frames see by the misalignment of the camera.
+        Correct what both frames see by the misalignment of the camera, before objects are dropped.
 
         :param twist: body velocity of the source [m/s, rad/s]; where that of one frame is not
             known, both count as at rest.
@@ -83,8 +83,8 @@ class Problem:
         self._correction = Correction.of(
             misalignment, (lag, lag), self._twists,
             (self._source.frame.camera, self._target.frame.camera))
-        self._all_tracks = self._correction.tracks(self._seen, self._source, self._sensor, pose)
-        self._tracks = self._all_tracks[self._kept] if not self._kept.all() else self._all_tracks
+        self._tracks = self._all_tracks = self._correction.tracks(
+            self._seen, self._source, self._sensor, pose)
 
     def leave_out(self, moving: Tracks, pose: np.ndarray) -> None:
         """
@@ -103,10 +103,12 @@ class Problem:
         :param pose: ``T_target_source`` of the scene.
         :returns: whether they are others than before.
         """
+        if self._all_points is None:
+            return False
         tracks = self._all_tracks
         errors = reprojection(tracks, pose, self._ray_sigma, self._settings.robust_width)
         moving = moving_objects.on_objects(tracks, errors.weights[:len(tracks)] == 0.0)
-        if self._all_points is None or np.array_equal(moving, self._moving):
+        if np.array_equal(moving, self._moving):
             return False
         self._moving, self._kept = moving, ~moving
         of_objects = self._choose_points(np.vstack([
@@ -162,12 +164,12 @@ class Problem:
                     partial(self._noise_shown_by, bias, pose, keypoints, depth, by_depth[0]),
                     partial(self._misalignment_shown_by, by_keypoints[0], by_depth[0], pose))
         return Refined(joint, covariance, noise.bias, self._seen[self._kept][inliers],
-                       contradict(by_keypoints[1]), bias, measure, self._fit(by_keypoints[0]))
+                       contradict(by_keypoints[1]), bias, measure,
+                       self._fit(by_keypoints[0], inliers))
 
-    def _fit(self, errors: Residuals) -> Fit:
-        """Return the fit of the tracks that are used, by their reprojection errors."""
+    def _fit(self, errors: Residuals, inliers: np.ndarray) -> Fit:
+        """Return the fit of the tracks that agree, by the reprojection errors of all."""
         squares = np.square(errors.values.reshape(2, -1)).sum(axis=0)
-        inliers = errors.weights[:len(squares)] > _INLIER_WEIGHT
         share = 1.0
         if self._points is not None and self._all_points is not None:
             share = len(self._points.chosen) / max(len(self._all_points.chosen), 1)
