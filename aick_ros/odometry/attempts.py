@@ -19,6 +19,7 @@ from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Reference, References
+from aick_ros.odometry.velocity import Velocity
 from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence, Registration
@@ -65,21 +66,19 @@ class Attempts:
         self._registrar = registrar
         self._expected = expected
 
-    def of(self, prepared: PreparedFrame, references: References, twist: np.ndarray | None,
-           confirmed: int, views: KnownViews,
-           tracked: np.ndarray | None = None) -> Iterator[Attempt]:
+    def of(self, prepared: PreparedFrame, references: References, velocity: Velocity,
+           views: KnownViews, tracked: np.ndarray | None = None) -> Iterator[Attempt]:
         """
         Yield registrations of a frame, until one is accepted: by keypoints, then by depth alone.
 
         Depth comes before poses that no track confirms, as of a sharp image in a blurred one.
 
-        :param twist: body velocity at the last tracked frame [m/s, rad/s]; None: unknown.
-        :param confirmed: stamp of the last frame that was registered by keypoints [ns].
         :param views: what is known beside a reference, where the frame is expected in it.
         :param tracked: rough pose in the keyframe by tracking, 4x4; None: there is none.
         """
+        twist = velocity.twist
         prepared, motion = self._moving(prepared, references.last, twist)
-        unconfirmed = seconds(confirmed, prepared.stamp)
+        unconfirmed = seconds(velocity.confirmed, prepared.stamp)
         doubtful = []
         if prepared.repeat is not Repeat.COLOUR:
             steady = self._expected.steady(references.last.stamp, prepared.stamp, twist)
@@ -90,17 +89,18 @@ class Attempts:
                 else:
                     yield attempt
         if motion is not None:
-            yield from self._by_depth(prepared, references, motion, confirmed, views)
+            yield from self._by_depth(prepared, references, motion, velocity.confirmed, views)
         yield from doubtful
 
     def by_tracking(self, prepared: PreparedFrame, references: References,
-                    twist: np.ndarray | None, confirmed: int
+                    velocity: Velocity
                     ) -> tuple[PreparedFrame, Attempt | None]:
         """
         Return a frame with keypoints tracked from the keyframe, registered to that.
 
         Without an expected motion there is no attempt; parameters as for :meth:`of`.
         """
+        twist = velocity.twist
         moving, motion = self._moving(prepared, references.last, twist)
         if motion is None:
             return prepared, None
@@ -108,7 +108,7 @@ class Attempts:
         keyframe, last = references.keyframe, references.last
         tracked, registration = self._registrar.track(
             moving, keyframe.prepared, _expected(keyframe, last, motion),
-            seconds(confirmed, prepared.stamp),
+            seconds(velocity.confirmed, prepared.stamp),
             None if steady is None else _expected(keyframe, last, steady))
         return tracked, self._checked(tracked, keyframe, registration)
 

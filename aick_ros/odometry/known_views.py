@@ -5,10 +5,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.keyframe_search import view_distances
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.registration.depth_pair import KnownView
@@ -19,16 +20,21 @@ _MOST = 4
 six rendered rooms: more of them change nothing."""
 
 
-def known_views(references: References, memory: KeyframeMemory, target: Reference,
+ViewsBeside = Callable[[np.ndarray, int], list[KnownView]]
+"""Returns some of the keyframes in memory, as :meth:`KeyframeMemory.views_beside` does."""
+
+
+def known_views(references: References, views_beside: ViewsBeside, target: Reference,
                 T_target_source: np.ndarray, settings: OdometrySettings) -> list[KnownView]:
     """
     Return the views that are nearest to where a frame is expected, nearest first.
 
+    :param views_beside: returns keyframes near a frame, beside the shapes of the references.
     :param target: what the frame is registered to; it is none of them.
     :param T_target_source: where it is expected, 4x4.
     """
     T_newest_target = se3.inverse(references.keyframe.pose.matrix) @ target.pose.matrix
-    views = [*memory.views_beside(T_newest_target, _MOST + 1),
+    views = [*views_beside(T_newest_target, _MOST + 1),
              *(KnownView(shape.prepared, se3.inverse(shape.pose.matrix) @ target.pose.matrix)
                for shape in references.earlier_shapes)]
     views = [view for view in views if view.prepared.stamp != target.stamp]

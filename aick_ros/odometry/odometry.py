@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from functools import partial
 from typing import Any
 
@@ -18,31 +17,30 @@ from aick_ros.frames.depth_distortion import DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat, repeat_of
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.geometry import se3
-from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.geometry.pose import Increment
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER, seconds
 from aick_ros.odometry.attempts import Attempt, Attempts
 from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.increment_bias import IncrementBias
+from aick_ros.odometry.increments import Increments
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.keyframe_choice import KeyframeChoice
-from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.known_views import known_views
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.other_odometry import OtherOdometry, Predict, no_odometry
-from aick_ros.odometry.plane import Plane
-from aick_ros.odometry.position_filter import PositionFilter
-from aick_ros.odometry.reference import Loss, Reference, References
+from aick_ros.odometry.path import Path
+from aick_ros.odometry.reference import Reference, References
+from aick_ros.odometry.repeated_images import RepeatedImages, repeated
+from aick_ros.odometry.tracking import Tracking
 from aick_ros.odometry.update import OdometryUpdate
+from aick_ros.odometry.velocity import Velocity
 from aick_ros.registration.preparation import Preparation
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
-from aick_ros.registration.systematic_error import (
-    errors_of_focal_lengths, errors_of_offset, errors_of_stamps)
 from aick_ros.settings import Settings
 
 
@@ -57,15 +55,13 @@ class Odometry:
 
     A frame whose images are both those of the frame before is no measurement of standing still:
     its pose is that of the motion model or of another sensor, and the next real frame has its
-    increment over the whole interval. A sensor at rest has noise, a simulated one may have none:
-    images that do not change for longer than the camera needs to stop (``odometry.hold_time``
-    and the time by ``odometry.acceleration_sigma``) are taken for rest, unless another sensor
-    moves. Where one image repeats it is not used; neither kind of frame becomes a keyframe.
+    increment over the whole interval. Images that do not change for longer than the camera needs
+    to stop (``odometry.hold_time`` and the time by ``odometry.acceleration_sigma``) are taken for
+    rest, unless another sensor moves. Where one image repeats it is not used.
 
-    A frame that is blurred beyond use, beside its keyframe, becomes no keyframe.
-
-    Where keypoints do not determine the motion, depth does as far as the scene has shape. Such a
-    frame becomes no keyframe either, and what no shape shows is that of the motion model.
+    Where keypoints do not determine the motion, depth does as far as the scene has shape, and
+    what no shape shows is that of the motion model. None of these frames becomes a keyframe, nor
+    does one that is blurred beyond use, beside its keyframe.
 
     Poses are added up in a frame of their own, by dead reckoning; the memory of the keyframes
     corrects what is published, and the velocity holds positions that are uncertain.
@@ -81,13 +77,11 @@ class Odometry:
         self._detector = detector
         self._times = StageTimes()
         self._learned = Learned()
-        self._gyroscope = Gyroscope(settings.imu, settings.odometry)
-        self._gravity = Gravity(settings.imu, self._gyroscope.rotation)
-        self._other = OtherOdometry(settings.odometry)
-        self._plane = Plane(settings.odometry)
-        self._filter = PositionFilter(settings.odometry)
         self._increment_bias = IncrementBias()
-        self._memory: KeyframeMemory | None = None
+        self._gyroscope = Gyroscope(settings.imu, settings.odometry)
+        self._other = OtherOdometry(settings.odometry)
+        self._path = Path(settings, self._gyroscope.rotation)
+        self._tracking = Tracking()
         self._apply(settings, Registrar(settings, self._times, self._learned, detector))
         self.reset(T_odom_camera)
 
@@ -103,25 +97,24 @@ class Odometry:
         registrar = Registrar(settings, self._times, self._learned, self._detector)
         has_changed = settings.features.detector != self._settings.features.detector
         if self._detector is None and has_changed:
-            self._begin(self._published, self._is_lost or self._references is not None)
+            self._path.begin_anew()
+            self._begin(self._is_lost or self._references is not None)
         self._apply(settings, registrar)
-        if self._references is not None:
-            self._plane.begin(self._pose.matrix)
 
     def _apply(self, settings: Settings, registrar: Registrar) -> None:
         self._settings = settings
         self._registrar = registrar
-        self._motion_model = MotionModel(settings.odometry)
         self._gyroscope.configure(settings.imu, settings.odometry)
-        self._gravity.configure(settings.imu)
         self._other.configure(settings.odometry)
-        self._plane.configure(settings.odometry)
-        self._filter.configure(settings.odometry)
+        self._path.configure(settings, registrar)
+        self._motion_model = MotionModel(settings.odometry)
         self._expected = ExpectedMotion(settings.odometry, self._gyroscope, self._other)
         self._attempts = Attempts(settings, registrar, self._expected)
+        self._increments = Increments(self._expected, self._motion_model,
+                                      self._learned.misalignment, self._increment_bias)
+        self._repeated = RepeatedImages(self._motion_model, self._expected, self._other)
         self._keyframes = KeyframeChoice(settings, registrar)
-        if self._memory is not None:
-            self._memory.configure(settings, registrar)
+        self._tracking.configure(settings, registrar, self._attempts, self._keyframes)
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
         """
@@ -133,26 +126,18 @@ class Odometry:
 
         :raises InputError: where the pose is not rigid; nothing is changed then.
         """
-        pose = np.eye(4) if T_odom_camera is None else se3.checked(T_odom_camera, 'T_odom_camera')
-        self._is_placed = T_odom_camera is not None
-        self._has_restarted = False  # the recording, so that the camera may be turned otherwise
-        self._gravity.reset()
-        self._plane.reset()
-        self._begin(PoseWithCovariance(pose))
+        self._path.reset(T_odom_camera)
+        self._begin()
 
-    def _begin(self, pose: PoseWithCovariance, is_lost: bool = False) -> None:
-        self._pose = pose
+    def _begin(self, is_lost: bool = False) -> None:
         self._is_lost = is_lost
         self._stamp: int | None = None
-        self._twist: np.ndarray | None = None
-        self._twist_covariance = np.zeros((6, 6))
-        self._unchanged_since = self._confirmed = self._tracked_frames = 0
+        self._unchanged_since = 0
+        self._velocity = Velocity()
         self._references: References | None = None
-        self._memory = None
-        self._filter.reset()
         self._gyroscope.restart()
-        self._gravity.restart()
         self._keyframes.begin()
+        self._tracking.restart()
 
     @property
     def gyroscope(self) -> Gyroscope:
@@ -162,7 +147,7 @@ class Odometry:
     @property
     def gravity(self) -> Gravity:
         """The accelerometer, as the motion of the camera has shown it."""
-        return self._gravity
+        return self._path.gravity
 
     @property
     def misalignment(self) -> Misalignment:
@@ -174,21 +159,9 @@ class Odometry:
         """Distortion of the depth images, where registrations show a significant one."""
         return self._learned.distortion.distortion
 
-    @property
-    def _published(self) -> PoseWithCovariance:
-        """The last pose, corrected by keyframes found again, level, held by the motion before."""
-        return self._gravity.levelled(self._corrected) @ self._filter.T_measured_filtered
-
-    @property
-    def _corrected(self) -> PoseWithCovariance:
-        """The last pose, corrected by keyframes found again."""
-        return self._pose if self._memory is None else self._memory.published(self._pose)
-
     def local_map(self) -> np.ndarray:
         """Return the keypoints of the keyframes in memory, in the last camera's frame, Nx3 [m]."""
-        if self._memory is None:
-            return np.empty((0, 3))
-        return self._memory.keypoints_from(self._pose)
+        return self._path.local_map()
 
     def register_frame(self, frame: RgbdFrame,
                        predict: Predict = no_odometry,
@@ -226,7 +199,7 @@ class Odometry:
         """Return what :meth:`register_frame` does, of a frame that :meth:`prepare` returned."""
         required(preparation, Preparation, 'the preparation')
         required_method(predict, '__call__', 'predict')
-        self._plane.mount(T_base_camera)
+        self._path.mount(T_base_camera)
         if preparation.preparer is not self._registrar.preparer:  # the settings have changed
             preparation = self._registrar.preparer.begin(preparation.frame)
         self._times.take()
@@ -235,11 +208,11 @@ class Odometry:
         frame = preparation.frame
         if frame.imu is not None:
             self._gyroscope.add(frame.imu)
-            self._gravity.add(frame.imu, self._gyroscope.time_offset)
+            self._path.add(frame.imu, self._gyroscope.time_offset)
         repeat = self._repeat_of(preparation)
         update = None
         if self._references is not None and repeat is Repeat.BOTH:
-            update = self._continue(frame, self._references.last)
+            update = self._repeat(frame, self._references.last)
         if update is None:
             update = self._register(preparation, repeat)
         self._times.add(preparation.times)
@@ -253,55 +226,31 @@ class Odometry:
         before = self._references.last.prepared
         return repeat_of(preparation.corrected_for(before.distortion), before.frame)
 
-    def _continue(self, frame: RgbdFrame, last: Reference) -> OdometryUpdate | None:
+    def _repeat(self, frame: RgbdFrame, last: Reference) -> OdometryUpdate | None:
         """Return the update of a frame whose images repeat; None if they show a camera at rest."""
-        unchanged = seconds(self._unchanged_since, frame.stamp)
-        if unchanged > self._motion_model.time_to_rest(self._twist):
-            moved = self._other.motion(self._unchanged_since, frame.stamp)
-            if moved is None or self._other.is_at_rest(moved):
-                return None
+        if self._repeated.show_rest(self._unchanged_since, frame.stamp, self._velocity):
+            return None
         self._stamp = frame.stamp
-        prepared = dataclasses.replace(
-            last.prepared, repeat=Repeat.BOTH,
-            frame=dataclasses.replace(frame, depth=last.prepared.frame.depth),
-            keypoints=dataclasses.replace(last.prepared.keypoints, stamp=frame.stamp))
-        return self._hold(prepared, last, f'unchanged for {unchanged:.2f} s')
+        unchanged = seconds(self._unchanged_since, frame.stamp)
+        return self._hold(repeated(last.prepared, frame), last, f'unchanged for {unchanged:.2f} s')
 
     def _hold(self, prepared: PreparedFrame, last: Reference, reason: str) -> OdometryUpdate:
         """Return the update of a frame whose images repeat: its pose is the one expected."""
-        elapsed = seconds(last.stamp, prepared.stamp)
-        motion = self._expected.without_images(last.stamp, prepared.stamp, self._twist)
-        if self._other.motion(last.stamp, prepared.stamp) is None:
-            motion = motion.with_covariance(
-                motion.covariance + elapsed ** 2 * self._twist_covariance)
-        self._pose = self._plane.joined(last.pose @ motion)
-        return self._update(prepared, Status.REPEATED, reason,
-                            expected=Increment(motion, elapsed))
+        expected = self._repeated.motion(last.stamp, prepared.stamp, self._velocity)
+        self._path.move_to(last.pose @ expected.pose)
+        return self._update(prepared, Status.REPEATED, reason, expected=expected)
 
     def _register(self, preparation: Preparation, repeat: Repeat) -> OdometryUpdate:
         """Return the update of a frame: by tracking, unless AICK has to decide."""
-        references, memory = self._references, self._memory
-        if (references is None or memory is None
-                or not self._may_track(preparation.frame, repeat, references)):
-            return self._register_prepared(
-                self._registrar.prepared(preparation, repeat))
-        prepared, attempt = self._attempts.by_tracking(
-            self._registrar.prepared_for_tracking(preparation), references, self._twist,
-            self._confirmed)
-        if attempt is None or not attempt.status.ok:
-            return self._register_prepared(
-                self._registrar.with_own_keypoints(prepared),
-                attempt.seen.T_target_source if attempt and attempt.seen.is_rough else None)
-        self._tracked_frames += 1
-        if (self._tracked_frames >= self._settings.odometry.aick_interval
-                or self._keyframes.replaces(prepared, attempt)):
-            own = self._registrar.with_own_keypoints(prepared)
-            if self._registrar.contradicts(own, attempt.reference.prepared,
-                                           attempt.seen.T_target_source):
-                return self._register_prepared(own)
-            self._tracked_frames = 0
+        references = self._references
+        if references is None or not self._may_track(preparation.frame, repeat, references):
+            return self._register_prepared(self._registrar.prepared(preparation, repeat))
+        prepared, attempt, rough = self._tracking.register(
+            preparation, references, self._velocity)
+        if attempt is None:
+            return self._register_prepared(prepared, rough)
         self._stamp = self._unchanged_since = prepared.stamp
-        return self._track(prepared, attempt, references, memory)
+        return self._track(prepared, attempt, references)
 
     def _may_track(self, frame: RgbdFrame, repeat: Repeat, references: References) -> bool:
         """
@@ -309,33 +258,32 @@ class Odometry:
 
         It is not where its stamp goes back, as by less than an image that repeats has advanced it.
         """
-        return (self._settings.odometry.aick_interval > 1
-                and repeat is Repeat.NONE and not self._is_lost
+        return (self._tracking.is_used and repeat is Repeat.NONE and not self._is_lost
                 and references.shape is None and not references.is_blurred()
                 and self._stamp is not None and self._stamp < frame.stamp)
 
     def _register_prepared(self, prepared: PreparedFrame,
-                           tracked: np.ndarray | None = None) -> OdometryUpdate:
-        """Return the update of a frame by AICK; tracked: its rough pose in the keyframe."""
+                           rough: np.ndarray | None = None) -> OdometryUpdate:
+        """Return the update of a frame by AICK; rough: its pose in the keyframe by tracking."""
         if self._stamp is not None and prepared.stamp <= self._stamp:
             back = self._stamp - prepared.stamp
             if back <= RESTART_AFTER:
                 return self._update(prepared, Status.BAD_STAMP,
                                     f'{back / NANOSECONDS:.6f} s before the last frame')
-            self._begin(self._published, is_lost=True)
-            self._has_restarted = True
-        self._stamp, self._tracked_frames = prepared.stamp, 0
+            self._path.restart()
+            self._begin(is_lost=True)
+        self._stamp = prepared.stamp
+        self._tracking.restart()
         if prepared.repeat is not Repeat.BOTH:
             self._unchanged_since = prepared.stamp
-        if self._references is None or self._memory is None:
+        if self._references is None:
             return self._start(prepared)
         failures = []
-        views = partial(known_views, self._references, self._memory,
+        views = partial(known_views, self._references, self._path.views_beside,
                         settings=self._settings.odometry)
-        for attempt in self._attempts.of(prepared, self._references, self._twist,
-                                         self._confirmed, views, tracked):
+        for attempt in self._attempts.of(prepared, self._references, self._velocity, views, rough):
             if attempt.status.ok:
-                return self._track(prepared, attempt, self._references, self._memory)
+                return self._track(prepared, attempt, self._references)
             failures.append(attempt)
         if prepared.repeat is Repeat.COLOUR:
             return self._hold(prepared, self._references.last, 'depth does not show the motion')
@@ -350,133 +298,78 @@ class Odometry:
             return self._update(prepared, Status.TOO_FEW_KEYPOINTS,
                                 f'{reason}: {shortage}' if shortage else reason)
         recovered, self._is_lost = self._is_lost, False
-        self._confirmed = prepared.stamp
-        if not self._is_placed and not self._plane.has_base:
-            self._pose = self._gravity.begin(prepared.stamp) or self._pose
-        elif self._has_restarted:
-            self._pose = self._gravity.begin_again(prepared.stamp, self._pose) or self._pose
-        self._is_placed, self._has_restarted = True, False
-        self._plane.begin(self._pose.matrix)
-        first = Reference(prepared, self._pose)
-        self._references = References(first)
-        self._memory = KeyframeMemory(
-            self._settings, self._registrar, first, self._plane.joined)
+        self._velocity = Velocity(confirmed=prepared.stamp)
+        self._references = References(self._path.start(prepared))
         return self._update(prepared, Status.FIRST_FRAME, f'{count} keypoints',
                             recovered=recovered)
 
-    def _track(self, prepared: PreparedFrame, attempt: Attempt, references: References,
-               memory: KeyframeMemory) -> OdometryUpdate:
+    def _track(self, prepared: PreparedFrame, attempt: Attempt,
+               references: References) -> OdometryUpdate:
         """Add the motion to the pose, and choose the next keyframe."""
         reference, registration = attempt.reference, attempt.registration
-        seen = registration.pose
-        increment = self._increment(prepared, attempt, references)
+        increment = self._increments.of(prepared, attempt, references, self._velocity.twist)
         recovered, self._is_lost = self._is_lost, False
-        measured = reference.pose.matrix @ seen
-        prepared = self._with_velocity(prepared, attempt, increment, measured)
-        self._pose = self._plane.joined(reference.pose @ seen)
-        last = Reference(prepared, self._plane.joined(reference.pose @ registration.image_pose),
+        prepared = self._with_velocity(prepared, attempt, increment)
+        last = Reference(prepared, self._path.joined(reference.pose @ registration.image_pose),
                          in_keyframe=attempt.seen.unbiased_pose, bias=attempt.seen.bias)
-        detour = np.zeros((6, 6))
         effort = self._effort_for(prepared, attempt, references)
         interval = seconds(references.last.stamp, prepared.stamp)
+        detour = np.zeros((6, 6))
         if registration.is_by_depth:
-            self._twist = self._motion_model.observed_twist(
-                increment, seconds(self._confirmed, prepared.stamp))
+            self._velocity = self._velocity.by_depth(increment, prepared.stamp, self._motion_model)
         else:
             self._gyroscope.learn(reference.stamp, prepared.stamp, attempt.seen.pose)
-            if not references.is_return_to(reference):  # that increment is over all of the gap
-                self._twist = increment.twist
-            self._confirmed = prepared.stamp
+            velocity = Velocity.by_keypoints(increment, prepared.stamp)
+            if references.is_return_to(reference):  # that increment is over all of the gap
+                velocity = velocity.with_twist(self._velocity.twist)
+            self._velocity = velocity
             if reference is not references.keyframe:
                 detour = registration.covariance
         self._keyframes.advance(references, last, attempt)
-        self._twist_covariance = increment.pose.covariance / increment.interval ** 2
-        memory.track(references.keyframe, self._pose.matrix, detour, effort, interval)
-        self._gravity.update(prepared.stamp, reference.pose, measured, memory.T_odom_reckoned,
-                             self._corrected)
+        self._path.track(prepared.stamp, reference.pose, registration.pose, references.keyframe,
+                         detour, effort, interval)
         return self._update(
             prepared, Status.OK, registration.reason, increment=increment, recovered=recovered,
             reference=reference.prepared.keypoints, matches=registration.matches,
             support=registration.support, evidence=registration.evidence)
+
+    def _with_velocity(self, prepared: PreparedFrame, attempt: Attempt,
+                       increment: Increment) -> PreparedFrame:
+        """Return a tracked frame with its velocity: filtered, as increments have all the noise."""
+        twist = self._expected.twist_at(prepared.stamp, increment.twist)
+        if not attempt.registration.is_by_depth:
+            velocity = self._path.velocity_at(
+                prepared.stamp, attempt.reference.pose.matrix @ attempt.registration.pose)
+            if velocity is not None:
+                twist = np.concatenate([velocity, twist[3:]])
+        return prepared.moving(twist)
 
     def _effort_for(self, prepared: PreparedFrame, attempt: Attempt,
                     references: References) -> Effort:
         """Return the effort that the registration of a frame has taken."""
         if self._registrar.refinements - self._refinements > 1:
             return Effort.MUCH
-        by_tracking = self._settings.odometry.aick_interval > 1
         is_shortest = (attempt.reference is references.keyframe
-                       and prepared.is_tracked == by_tracking)
+                       and prepared.is_tracked == self._tracking.is_used)
         return Effort.LEAST if is_shortest else Effort.MORE
-
-    def _with_velocity(self, prepared: PreparedFrame, attempt: Attempt,
-                       increment: Increment, measured: PoseWithCovariance) -> PreparedFrame:
-        """Return a tracked frame with its velocity: filtered, as increments have all the noise."""
-        twist = self._expected.twist_at(prepared.stamp, increment.twist)
-        if not attempt.registration.is_by_depth:
-            self._filter.update(prepared.stamp, measured)
-            velocity = self._filter.velocity
-            if velocity is not None:
-                twist = np.concatenate([velocity, twist[3:]])
-        return prepared.moving(twist)
-
-    def _increment(self, prepared: PreparedFrame, attempt: Attempt,
-                   references: References) -> Increment:
-        """Return the motion since the last tracked frame or, after a loss, since the reference."""
-        if attempt.reference is not (references.shape or references.keyframe):
-            return attempt.increment
-        last = references.last
-        motion, shown = last.motion_to(attempt.seen)
-        if attempt.seen.is_by_depth:
-            motion = self._increment_bias.add_to_depth_alone(motion, last.prepared.scene_depth)
-        else:
-            motion = self._increment_bias.add_to(motion, shown, last.prepared.scene_depth)
-        # by depth alone a motion follows depth wholly, by keypoints alone not at all
-        gain = attempt.seen.is_by_depth * np.eye(6) if shown is None else shown.gain
-        camera = self._learned.misalignment
-        offset = errors_of_offset(motion.matrix, camera.offset_covariance, gain)
-        focal = errors_of_focal_lengths(motion.matrix, camera.focal_covariance, gain)
-        increment = Increment(motion, seconds(last.stamp, prepared.stamp))
-        change = np.zeros(6) if self._twist is None else increment.twist - self._twist
-        timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)
-        increment = Increment(motion.with_covariance(motion.covariance + offset + focal + timing),
-                              increment.interval)
-        if attempt.registration.is_by_depth:
-            return increment
-        increment = self._expected.joined_increment(increment, last.stamp, prepared.stamp)
-        loss = references.loss
-        if (loss is None or loss.twist is None or attempt.reference.stamp <= loss.last.stamp
-                or not self._motion_model.holds(seconds(loss.last.stamp, prepared.stamp))):
-            return increment
-        doubt = self._expected.doubt(increment.pose.matrix, last.stamp, prepared.stamp, loss.twist)
-        return Increment(increment.pose.with_covariance(increment.pose.covariance + doubt),
-                         increment.interval)
 
     def _lose(self, prepared: PreparedFrame, failure: Attempt,
               references: References) -> OdometryUpdate:
         """Predict the pose of a frame that could not be registered."""
         self._is_lost = True
-        last = references.last
-        self._pose = self._plane.joined(last.pose @ self._expected.without_images(
-            last.stamp, prepared.stamp, self._twist))
+        last, twist = references.last, self._velocity.twist
+        pose = self._path.move_to(last.pose @ self._expected.without_images(
+            last.stamp, prepared.stamp, twist))
         if len(prepared.keypoints) >= self._settings.odometry.min_matches:
-            references.lose(Reference(prepared, self._pose, loss=self._loss_before(
-                prepared.stamp, references)))
+            references.lose(Reference(prepared, pose, loss=references.loss_before(
+                prepared.stamp, twist, self._motion_model)))
         return self._update(
             prepared, failure.status, failure.reason,
             rejected=failure.increment if failure.registration.status.ok else None,
             predicted=self._other.motion(last.stamp, prepared.stamp) is not None)
 
-    def _loss_before(self, stamp: int, references: References) -> Loss:
-        """Return what was known before a loss, or before an earlier one that is still in doubt."""
-        loss, last = references.loss, references.last
-        if loss is not None and self._motion_model.holds(seconds(loss.last.stamp, stamp)):
-            return loss
-        holds = self._motion_model.holds(seconds(last.stamp, stamp))
-        return Loss(last.bare(), self._twist if holds else None)
-
     def _update(self, prepared: PreparedFrame, status: Status, reason: str,
                 **details: Any) -> OdometryUpdate:
         """Return the update of a frame at the pose reached, with details as of its class."""
-        return OdometryUpdate(prepared.stamp, status, reason, self._published, prepared,
-                              level_start=self._gravity.start, **details)
+        return OdometryUpdate(prepared.stamp, status, reason, self._path.published, prepared,
+                              level_start=self._path.gravity.start, **details)

@@ -14,7 +14,8 @@ import numpy as np
 from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import NANOSECONDS, seconds
+from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.registration.result import Registration, SensorBias
 
 # chosen on a rendered camera that is lifted while a hand covers it
@@ -158,6 +159,18 @@ class References:
         """Keep a lost frame: the next one may show the same place."""
         self._turn += self._lost is not None
         self._lost, self.loss = lost, lost.loss
+
+    def loss_before(self, stamp: int, twist: np.ndarray | None, model: MotionModel) -> Loss:
+        """
+        Return what was known before a loss, or before an earlier one that is still in doubt.
+
+        :param stamp: of the frame that is lost [ns].
+        :param twist: body velocity at the last frame [m/s, rad/s]; None: unknown.
+        """
+        if self.loss is not None and model.holds(seconds(self.loss.last.stamp, stamp)):
+            return self.loss
+        holds = model.holds(seconds(self.last.stamp, stamp))
+        return Loss(self.last.bare(), twist if holds else None)
 
     def confirm(self, reference: Reference) -> None:
         """Forget the loss, if the reference that a frame was registered to is from before it."""

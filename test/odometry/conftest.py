@@ -190,10 +190,13 @@ def calibrated(monkeypatch):
 def parts(monkeypatch, calibrated):
     """Return the parts of the odometries that a test makes, of images known to be registered."""
     parts = Parts()
-    for name in ('Registrar', 'Gyroscope', 'Gravity', 'OtherOdometry', 'Plane', 'PositionFilter',
-                 'MotionModel', 'ExpectedMotion', 'Attempts', 'KeyframeChoice', 'KeyframeMemory'):
-        monkeypatch.setattr(f'aick_ros.odometry.odometry.{name}',
-                            lambda *args, name=name: parts.make(name, *args))
+    for module, names in {
+            'odometry': ('Registrar', 'Gyroscope', 'OtherOdometry', 'MotionModel',
+                         'ExpectedMotion', 'Attempts', 'KeyframeChoice'),
+            'path': ('Gravity', 'Plane', 'PositionFilter', 'KeyframeMemory')}.items():
+        for name in names:
+            monkeypatch.setattr(f'aick_ros.odometry.{module}.{name}',
+                                lambda *args, name=name: parts.make(name, *args))
     return parts
 
 

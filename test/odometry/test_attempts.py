@@ -17,6 +17,7 @@ from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.odometry.reference import Reference, References
+from aick_ros.odometry.velocity import Velocity
 from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -83,8 +84,8 @@ def attempts_by(registrar):
 
 def order(now, references, doubt=False, twist=np.zeros(6)):
     """Return the evidence of all attempts in their order, with the times of the references."""
-    attempts = attempts_by(Registrar(doubt)).of(now, references, twist, references.last.stamp,
-                                                none_known)
+    attempts = attempts_by(Registrar(doubt)).of(
+        now, references, Velocity(twist, confirmed=references.last.stamp), none_known)
     return [(attempt.registration.evidence, attempt.reference.stamp / NANOSECONDS)
             for attempt in attempts]
 
@@ -122,7 +123,8 @@ def test_a_place_is_told_by_enough_of_its_keypoints_where_nothing_else_tells_it(
     registrar.register = lambda *given: dataclasses.replace(FOUND, tracks='some', support=support)
     now = view(0.1 + after, keypoints=range(keypoints))
     for twist in (None, np.zeros(6)):  # which does not hold for so long
-        *_, last = attempts_by(registrar).of(now, references, twist, 0, none_known)
+        *_, last = attempts_by(registrar).of(
+            now, references, Velocity(twist), none_known)
         assert last.reference is references.last
         assert last.status is (Status.OK if is_recognised else Status.TOO_FEW_MATCHES)
         if not is_recognised:
@@ -135,7 +137,8 @@ def test_a_failure_or_a_pose_without_tracks_is_not_asked_for_its_keypoints(refer
     for made in (failed(Status.TOO_FEW_MATCHES, 'as it was'),
                  dataclasses.replace(FOUND, tracks=None, support=13)):
         registrar.register = lambda *given: made
-        *_, last = attempts_by(registrar).of(view(9.0), references, None, 0, none_known)
+        *_, last = attempts_by(registrar).of(
+            view(9.0), references, Velocity(), none_known)
         assert (last.status, last.reason) == (made.status, made.reason)
 
 
@@ -171,7 +174,8 @@ def test_registrations_know_the_motion_expected_and_the_time_since_keypoints_wer
     references.track(Reference(view(0.1), last), first)
     twist, settings = np.array([0.5, -0.2, 0.1, 0.3, 0.2, -0.4]), Settings().odometry
     list(attempts_by(registrar).of(
-        view(0.2), references, twist, round(confirmed * NANOSECONDS), none_known))
+        view(0.2), references, Velocity(twist, confirmed=round(confirmed * NANOSECONDS)),
+        none_known))
     moved = last.matrix @ se3.exp(0.1 * twist)
     for (expected, elapsed), reference in zip(registrar.by_keypoints, (keyframe, last)):
         np.testing.assert_allclose(expected, np.linalg.inv(reference.matrix) @ moved, atol=1e-12)
@@ -257,7 +261,7 @@ def stamp(seconds):
 def test_a_frame_is_tracked_from_the_keyframe_with_its_velocity_and_expected_there(moved):
     expected, registrar = Expected(), Playing()
     tracked, attempt = Attempts(Settings(), registrar, expected).by_tracking(
-        view(0.3), moved, TWIST, stamp(0.05))
+        view(0.3), moved, Velocity(TWIST, confirmed=stamp(0.05)))
     assert expected.asked[:2] == [('is_known', stamp(0.1), stamp(0.3), TWIST),
                                   ('between', stamp(0.1), stamp(0.3), TWIST)]
     (source, target, pose, elapsed, steady), = registrar.given
@@ -274,7 +278,7 @@ def test_a_frame_is_tracked_from_the_keyframe_with_its_velocity_and_expected_the
 def test_without_a_velocity_a_frame_is_tracked_where_another_sensor_knows_the_motion(moved):
     registrar = Playing()
     _, attempt = Attempts(Settings(), registrar, Expected()).by_tracking(
-        view(0.3), moved, None, stamp(0.05))
+        view(0.3), moved, Velocity(confirmed=stamp(0.05)))
     (source, _, pose, _, steady), = registrar.given
     assert source.twist is None and steady is None and attempt.status is Status.OK
     np.testing.assert_allclose(pose, se3.inverse(
@@ -284,7 +288,7 @@ def test_without_a_velocity_a_frame_is_tracked_where_another_sensor_knows_the_mo
 def test_nothing_is_tracked_to_where_nothing_is_expected(moved):
     now = view(0.3)
     found, attempt = Attempts(Settings(), Playing(), Expected(False)).by_tracking(
-        now, moved, TWIST, 0)
+        now, moved, Velocity(TWIST))
     assert found is now and attempt is None
 
 
@@ -292,7 +296,8 @@ def test_nothing_is_tracked_to_where_nothing_is_expected(moved):
 def test_a_frame_gets_the_velocity_that_is_known_of_it(moved, twist):
     """Where another sensor knows the motion, but not the velocity, it gets none."""
     expected, registrar = Expected(), Playing()
-    list(Attempts(Settings(), registrar, expected).of(view(0.3), moved, twist, 0, none_known))
+    list(Attempts(Settings(), registrar, expected).of(
+        view(0.3), moved, Velocity(twist), none_known))
     for source, *_ in registrar.given:
         if twist is None:
             assert source.twist is None
@@ -303,7 +308,7 @@ def test_a_frame_gets_the_velocity_that_is_known_of_it(moved, twist):
 def test_where_no_motion_is_known_nothing_is_expected(moved):
     registrar = Playing()
     list(Attempts(Settings(), registrar, Expected(False)).of(
-        view(0.3), moved, TWIST, 0, none_known))
+        view(0.3), moved, Velocity(TWIST), none_known))
     assert [(source.twist, expected) for source, _, expected, *_ in registrar.given] == (
         2 * [(None, None)])
 
@@ -311,7 +316,7 @@ def test_where_no_motion_is_known_nothing_is_expected(moved):
 def test_what_is_expected_by_sensors_and_at_constant_velocity_is_in_each_reference(moved):
     registrar = Playing(failed(Status.TOO_FEW_MATCHES, ''))
     list(Attempts(Settings(), registrar, Expected()).of(
-        view(0.3, repeat=Repeat.DEPTH), moved, TWIST, 0, none_known))
+        view(0.3, repeat=Repeat.DEPTH), moved, Velocity(TWIST), none_known))
     for (_, _, *given), reference in zip(registrar.given, (moved.keyframe, moved.last)):
         for pose, motion in zip(given[::2], (MOTION, STEADY)):
             np.testing.assert_allclose(pose, se3.inverse(
@@ -321,7 +326,7 @@ def test_what_is_expected_by_sensors_and_at_constant_velocity_is_in_each_referen
 def test_a_rough_pose_that_was_tracked_is_one_in_the_keyframe(moved):
     registrar, rough = Playing(failed(Status.TOO_FEW_MATCHES, '')), se3.exp(TWIST)
     list(Attempts(Settings(), registrar, Expected()).of(
-        view(0.3, repeat=Repeat.DEPTH), moved, TWIST, 0, none_known, rough))
+        view(0.3, repeat=Repeat.DEPTH), moved, Velocity(TWIST), none_known, rough))
     assert [given[1] for given in registrar.given[:2]] == [
         moved.keyframe.prepared, moved.last.prepared]
     assert [given[-1] is rough for given in registrar.given[:2]] == [True, False]
@@ -333,8 +338,8 @@ def test_by_depth_the_motion_and_what_nothing_observes_are_in_the_axes_of_the_re
     moved.track_shape(moved.last, shape)
     expected, registrar = Expected(), Playing()
     attempts = Attempts(Settings(), registrar, expected)
-    by_depth = list(attempts.of(view(0.3, repeat=Repeat.COLOUR), moved, TWIST, stamp(0.02),
-                                none_known))
+    by_depth = list(attempts.of(view(0.3, repeat=Repeat.COLOUR), moved,
+                                Velocity(TWIST, confirmed=stamp(0.02)), none_known))
     assert ('between', stamp(0.02), stamp(0.3), None) in expected.asked
     assert [attempt.reference for attempt in by_depth] == [shape, moved.last]
     for (_, target, motion, unobserved, _), reference in zip(
@@ -358,7 +363,8 @@ def test_by_depth_it_is_told_what_is_known_beside_each_reference(moved):
         return [reference.stamp]
     registrar = Playing()
     list(Attempts(Settings(), registrar, Expected()).of(
-        view(0.3, repeat=Repeat.COLOUR), moved, TWIST, stamp(0.02), views))
+        view(0.3, repeat=Repeat.COLOUR), moved,
+        Velocity(TWIST, confirmed=stamp(0.02)), views))
     assert [reference for reference, _ in asked] == [shape, moved.last]
     for (_, _, motion, _, others), (reference, expected) in zip(registrar.given, asked):
         assert others == [reference.stamp] and expected is motion.matrix
@@ -369,7 +375,7 @@ def one_attempt(moved, found=SEEN, **changes):
         f'odometry.{name}': value for name, value in changes.items()})
     expected = Expected()
     attempt = next(Attempts(settings, Playing(found), expected).of(
-        view(0.5), moved, TWIST, 0, none_known))
+        view(0.5), moved, Velocity(TWIST), none_known))
     return attempt, [asked for asked in expected.asked if asked[0] == 'joined']
 
 
@@ -421,7 +427,7 @@ def test_what_no_track_confirms_and_a_check_rejects_is_no_doubt(moved):
     for least in (80, 81):
         settings = with_values(Settings(), {'odometry.min_matches': least})
         attempts = Attempts(settings, Playing(FOUND), Expected()).of(
-            view(0.5), moved, TWIST, 0, none_known)
+            view(0.5), moved, Velocity(TWIST), none_known)
         orders.append([attempt.reference.stamp for attempt in attempts])
     keyframe, last = moved.keyframe.stamp, moved.last.stamp
     assert orders == [[last, keyframe, last], [keyframe, last, last]]

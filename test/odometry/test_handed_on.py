@@ -68,7 +68,7 @@ def test_without_a_pose_it_begins_level_unless_nothing_shows_or_needs_it(
     by_gravity = PoseWithCovariance(se3.exp([0, 0, 0, 0.3, 0.4, 0.0]))
     parts.answers['Gravity', 'begin'] = by_gravity if level else None
     one = steps()
-    one.odometry._plane.has_base = has_base
+    one.odometry._path._plane.has_base = has_base
     update = one.take(0.0)
     is_level = level and not has_base
     begin = by_gravity if is_level else PoseWithCovariance.identity()
@@ -264,7 +264,7 @@ def test_the_filter_measures_the_velocity_of_a_frame(parts, steps, attempt_to, i
     """Of a position with the error of this registration alone; without it the increment does."""
     one, parts.attempts = steps(T_odom_camera=START), [attempt_to()]
     if not is_known:
-        one.odometry._filter.velocity = None
+        one.odometry._path._filter.velocity = None
     one.take(0.0)
     update = one.take(0.1)
     found = parts.attempts[0](None, one.odometry._references).registration
@@ -366,8 +366,8 @@ def test_in_the_dark_an_increment_is_that_between_frames_of_one_shape(
 
 def asked_of(parts):
     """Return the twist and the time of the last confirmation that the attempts were given."""
-    *_, twist, confirmed, _, _ = parts.asked('Attempts', 'of')[-1]
-    return twist, (confirmed - 100 * NANOSECONDS) / NANOSECONDS
+    _, _, velocity, *_ = parts.asked('Attempts', 'of')[-1]
+    return velocity.twist, (velocity.confirmed - 100 * NANOSECONDS) / NANOSECONDS
 
 
 def test_the_next_frame_is_expected_by_the_last_increment(parts, tracked, attempt_to):

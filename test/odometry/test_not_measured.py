@@ -269,10 +269,10 @@ def test_aick_checks_every_third_frame(parts, steps, attempt_to):
     updates = [one.take(0.1 * number) for number in range(9)]
     assert tracking(parts) == list(range(1, 9)) and checking(parts) == [3, 6]
     assert statuses(updates) == [Status.FIRST_FRAME] + 8 * [Status.OK]
-    _, references, twist, confirmed = parts.asked('Attempts', 'by_tracking')[-1]
+    _, references, velocity = parts.asked('Attempts', 'by_tracking')[-1]
     assert references is one.odometry._references
-    np.testing.assert_allclose(twist, updates[7].increment.twist)
-    assert confirmed == updates[7].stamp
+    np.testing.assert_allclose(velocity.twist, updates[7].increment.twist)
+    assert velocity.confirmed == updates[7].stamp
     assert all(update.prepared.is_tracked for update in updates[1:])
     found = parts.tracked(None, references).registration
     assert_same(updates[8].pose, parts.published(

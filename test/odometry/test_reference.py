@@ -12,9 +12,11 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Loss, Reference, References
 from aick_ros.registration.result import Evidence, Registration, SensorBias
 from aick_ros.registration.status import Status
+from aick_ros.settings import OdometrySettings
 
 ORIGIN = PoseWithCovariance.identity()
 VIEW = SimpleNamespace(scene_depth=2.0)
@@ -301,3 +303,25 @@ def test_the_last_frame_that_is_the_shape_is_tried_once():
     references = tracked([0.0, 0.1], keyframe=0.0)
     references.track_shape(references.last, references.last)
     assert list(references.shapes()) == [references.last]
+
+
+HOLDING = dataclasses.replace(OdometrySettings(), hold_time=0.3)
+
+
+@pytest.mark.parametrize('after, is_known', [(0.3, True), (0.31, False)])
+def test_before_a_loss_the_velocity_is_known_as_long_as_it_holds(after, is_known):
+    references, twist, model = References(reference(1.0)), np.ones(6), MotionModel(HOLDING)
+    loss = references.loss_before(round((1.0 + after) * NANOSECONDS), twist, model)
+    assert loss.last.stamp == references.last.stamp
+    assert loss.twist is (twist if is_known else None)
+
+
+@pytest.mark.parametrize('after, is_in_doubt', [(0.3, True), (0.31, False)])
+def test_an_earlier_loss_counts_as_long_as_it_is_in_doubt(after, is_in_doubt):
+    references, model = References(reference(1.0)), MotionModel(HOLDING)
+    earlier = references.loss_before(round(1.1 * NANOSECONDS), np.ones(6), model)
+    references.lose(dataclasses.replace(reference(1.1), loss=earlier))
+    references.track(reference(1.2), reference(1.2))
+    again = references.loss_before(round((1.0 + after) * NANOSECONDS), None, model)
+    assert (again is earlier) == is_in_doubt
+    assert again.last.stamp == round((1.0 if is_in_doubt else 1.2) * NANOSECONDS)

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The path of the camera: its pose by dead reckoning, and as it is published."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from aick_ros.frames.imu import ImuSamples
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.odometry.effort import Effort
+from aick_ros.odometry.inertial.gravity import Gravity
+from aick_ros.odometry.keyframe_memory import KeyframeMemory
+from aick_ros.odometry.plane import Plane
+from aick_ros.odometry.position_filter import PositionFilter
+from aick_ros.odometry.reference import Reference
+from aick_ros.registration.depth_pair import KnownView
+from aick_ros.registration.registrar import Registrar
+from aick_ros.settings import Settings
+
+
+class Path:
+    """
+    Adds up poses in a frame of their own, by dead reckoning, in the plane if there is one.
+
+    What is published is corrected by keyframes that are found again and levelled by gravity, and
+    positions that are uncertain are held by the velocity.
+
+    :param turn: rotation between two stamps [ns] by a gyroscope, as for :class:`Gravity`.
+    """
+
+    def __init__(self, settings: Settings,
+                 turn: Callable[[int, int], np.ndarray | None]) -> None:
+        self.gravity = Gravity(settings.imu, turn)
+        self._plane = Plane(settings.odometry)
+        self._filter = PositionFilter(settings.odometry)
+        self._memory: KeyframeMemory | None = None  # there is none before the first frame
+
+    def configure(self, settings: Settings, registrar: Registrar) -> None:
+        """Continue with other settings."""
+        self._settings, self._registrar = settings, registrar
+        self.gravity.configure(settings.imu)
+        self._plane.configure(settings.odometry)
+        self._filter.configure(settings.odometry)
+        if self._memory is not None:
+            self._memory.configure(settings, registrar)
+            self._plane.begin(self._pose.matrix)
+
+    def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
+        """
+        Forget all poses; the first frame gets the one given or, without one, a level one.
+
+        :raises InputError: where the pose is not rigid; nothing is changed then.
+        """
+        pose = np.eye(4) if T_odom_camera is None else se3.checked(T_odom_camera, 'T_odom_camera')
+        self._is_placed = T_odom_camera is not None
+        self._has_restarted = False  # the recording, so that the camera may be turned otherwise
+        self.gravity.reset()
+        self._plane.reset()
+        self._begin(PoseWithCovariance(pose))
+
+    def begin_anew(self) -> None:
+        """Begin where the last frame was published, with other keyframes."""
+        self._begin(self.published)
+
+    def restart(self) -> None:
+        """Begin another recording there, in which the camera may be turned otherwise."""
+        self.begin_anew()
+        self._has_restarted = True
+
+    def _begin(self, pose: PoseWithCovariance) -> None:
+        self._pose = pose
+        self._memory = None
+        self._filter.reset()
+        self.gravity.restart()
+
+    @property
+    def published(self) -> PoseWithCovariance:
+        """The last pose, corrected by keyframes found again, level, held by the motion before."""
+        return self.gravity.levelled(self._corrected) @ self._filter.T_measured_filtered
+
+    @property
+    def _corrected(self) -> PoseWithCovariance:
+        """The last pose, corrected by keyframes found again."""
+        return self._pose if self._memory is None else self._memory.published(self._pose)
+
+    @property
+    def _T_odom_reckoned(self) -> np.ndarray:
+        """The correction of the dead reckoning, 4x4."""
+        return np.eye(4) if self._memory is None else self._memory.T_odom_reckoned
+
+    def local_map(self) -> np.ndarray:
+        """Return the keypoints of the keyframes in memory, in the last camera's frame, Nx3 [m]."""
+        if self._memory is None:
+            return np.empty((0, 3))
+        return self._memory.keypoints_from(self._pose)
+
+    def views_beside(self, T_newest_target: np.ndarray, most: int) -> list[KnownView]:
+        """Return keyframes in memory, as :meth:`KeyframeMemory.views_beside` does."""
+        return [] if self._memory is None else self._memory.views_beside(T_newest_target, most)
+
+    def mount(self, T_base_camera: np.ndarray | None) -> None:
+        """
+        Set the extrinsic of the frames that follow, 4x4; None: the base is the camera.
+
+        :raises InputError: where it is not rigid; the one before stays.
+        """
+        self._plane.mount(T_base_camera)
+
+    def add(self, samples: ImuSamples, time_offset: float) -> None:
+        """Add samples of an accelerometer, as for :meth:`Gravity.add`."""
+        self.gravity.add(samples, time_offset)
+
+    def start(self, prepared: PreparedFrame) -> Reference:
+        """Return a first frame with its pose; it is the first keyframe in memory."""
+        if not self._is_placed and not self._plane.has_base:
+            self._pose = self.gravity.begin(prepared.stamp) or self._pose
+        elif self._has_restarted:
+            self._pose = self.gravity.begin_again(prepared.stamp, self._pose) or self._pose
+        self._is_placed, self._has_restarted = True, False
+        self._plane.begin(self._pose.matrix)
+        first = Reference(prepared, self._pose)
+        self._memory = KeyframeMemory(self._settings, self._registrar, first, self._plane.joined)
+        return first
+
+    def joined(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        """Return a pose by dead reckoning in the plane, if there is one."""
+        return self._plane.joined(pose)
+
+    def move_to(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        """Continue at a pose by dead reckoning, ``T_reckoned_camera``; return it in the plane."""
+        self._pose = self._plane.joined(pose)
+        return self._pose
+
+    def velocity_at(self, stamp: int, measured: PoseWithCovariance) -> np.ndarray | None:
+        """
+        Return the filtered velocity at a pose, along the axes of its camera, 3 [m/s].
+
+        :param measured: ``T_reckoned_camera``, with the covariance of this measurement alone.
+        :returns: None: it is not known.
+        """
+        self._filter.update(stamp, measured)
+        return self._filter.velocity
+
+    def track(self, stamp: int, reference: PoseWithCovariance, seen: PoseWithCovariance,
+              keyframe: Reference, detour: np.ndarray, effort: Effort, interval: float) -> None:
+        """
+        Advance to a pose that was measured; parameters are as for :meth:`KeyframeMemory.track`.
+
+        :param stamp: of the frame [ns].
+        :param reference: ``T_reckoned_reference``, of what the frame was registered to.
+        :param seen: ``T_reference_camera``.
+        """
+        self.move_to(reference @ seen)
+        if self._memory is not None:
+            self._memory.track(keyframe, self._pose.matrix, detour, effort, interval)
+        self.gravity.update(stamp, reference, reference.matrix @ seen, self._T_odom_reckoned,
+                            self._corrected)
