@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from aick_ros.geometry.trajectory import Trajectory
     from aick_ros.odometry import Odometry, OdometryUpdate
     from aick_ros.registration.aick.aick import Aick
+    from aick_ros.registration.expected_pose import ExpectedPose
     from aick_ros.registration.preparation import Preparation
     from aick_ros.registration.registrar import Registrar
     from aick_ros.registration.result import Registration
@@ -41,6 +42,7 @@ _MODULES = {
     'Aick': 'registration.aick.aick',
     'Camera': 'geometry.camera',
     'Detector': 'features.detector',
+    'ExpectedPose': 'registration.expected_pose',
     'Features': 'features.detector',
     'ImuSamples': 'frames.imu',
     'Increment': 'geometry.pose',
@@ -66,11 +68,11 @@ _MODULES = {
 }
 
 __all__ = [
-    '__version__', 'Aick', 'Camera', 'Detector', 'Features', 'ImuSamples', 'Increment',
-    'InputError', 'KeypointExtractor', 'KeypointFrame', 'Odometry', 'OdometryUpdate',
-    'PoseWithCovariance', 'Preparation', 'PreparedFrame', 'Registrar', 'Registration',
-    'RgbdFrame', 'RgbdSource', 'Settings', 'SourceOptions', 'Status', 'Trajectory', 'open_source',
-    'preset', 'with_values']
+    '__version__', 'Aick', 'Camera', 'Detector', 'ExpectedPose', 'Features', 'ImuSamples',
+    'Increment', 'InputError', 'KeypointExtractor', 'KeypointFrame', 'Odometry', 'OdometryUpdate',
+    'PoseWithCovariance', 'Preparation', 'PreparedFrame', 'Registrar', 'Registration', 'RgbdFrame',
+    'RgbdSource', 'Settings', 'SourceOptions', 'Status', 'Trajectory', 'open_source', 'preset',
+    'with_values']
 
 if not TYPE_CHECKING:  # type checkers would take it for a promise that any name exists
     def __getattr__(name: str) -> object:

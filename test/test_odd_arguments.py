@@ -12,9 +12,9 @@ import pytest
 
 import aick_ros
 from aick_ros import (
-    Aick, Camera, Features, ImuSamples, Increment, InputError, KeypointExtractor, KeypointFrame,
-    Odometry, PoseWithCovariance, Preparation, Registrar, RgbdFrame, Settings, SourceOptions,
-    Trajectory, open_source, preset, with_values)
+    Aick, Camera, ExpectedPose, Features, ImuSamples, Increment, InputError, KeypointExtractor,
+    KeypointFrame, Odometry, PoseWithCovariance, Preparation, Registrar, RgbdFrame, Settings,
+    SourceOptions, Trajectory, open_source, preset, with_values)
 from aick_ros.odometry.other_odometry import no_odometry
 
 CAMERA = Camera(64, 48, 60.0, 60.0, 31.5, 23.5)
@@ -68,10 +68,14 @@ OF_ANY_KIND = {
     'expected': _registrar(lambda registrar, frame, value: registrar.register(
         frame, frame, 5 if value is None else value)),
     'elapsed': _registrar(lambda registrar, frame, value: registrar.register(
-        frame, frame, np.eye(4), value)),
+        frame, frame, ExpectedPose(np.eye(4), value))),
+    'ExpectedPose': _registrar(lambda registrar, frame, value: registrar.register(
+        frame, frame, ExpectedPose(np.eye(4), 0.1, 5 if value is None else value))),
+    'T_target_source': _registrar(lambda registrar, frame, value: registrar.track(
+        frame, frame, ExpectedPose(value))),
     'recognize': _registrar(lambda registrar, frame, value: registrar.recognize(frame, value)),
     'track': _registrar(lambda registrar, frame, value: registrar.track(
-        frame, frame, value, 0.1)),
+        frame, frame, value)),
     'register_depth': _registrar(lambda registrar, frame, value: registrar.register_depth(
         frame, frame, value, np.eye(6))),
     'Preparation': lambda value: Preparation(value, Registrar().preparer),
@@ -139,8 +143,8 @@ _FAR[0, 3] = 1e300
 @pytest.mark.parametrize('matrix', [
     _MIRRORED, _SCALED, _FAR, np.full((4, 4), np.nan), np.zeros((4, 4)), np.full((4, 4), np.inf)])
 @pytest.mark.parametrize('use', [
-    'PoseWithCovariance', 'matmul', 'relative_to', 'since', 'in_body', 'expected', 'track',
-    'T_odom_camera', 'T_base_camera'])
+    'PoseWithCovariance', 'matmul', 'relative_to', 'since', 'in_body', 'T_target_source',
+    'ExpectedPose', 'T_odom_camera', 'T_base_camera'])
 def test_what_is_not_rigid_is_no_pose(use, matrix):
     with warnings.catch_warnings():
         warnings.simplefilter('error')

@@ -36,7 +36,8 @@ GROUPS = {
     'Odometry': ['Odometry', 'OdometryUpdate', 'Status', 'Increment', 'PoseWithCovariance'],
     'Frames and recordings': ['RgbdFrame', 'ImuSamples', 'Camera', 'open_source', 'SourceOptions',
                               'RgbdSource', 'Trajectory'],
-    'Registration': ['Registrar', 'Preparation', 'PreparedFrame', 'Aick', 'Registration'],
+    'Registration': ['Registrar', 'Preparation', 'PreparedFrame', 'ExpectedPose', 'Aick',
+                     'Registration'],
     'Keypoints': ['KeypointExtractor', 'KeypointFrame', 'Detector', 'Features'],
     'Settings and errors': ['Settings', 'preset', 'with_values', 'InputError'],
 }

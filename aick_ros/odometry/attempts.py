@@ -21,6 +21,7 @@ from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.velocity import Velocity
 from aick_ros.registration.depth_pair import KnownView
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.status import Status
@@ -76,14 +77,11 @@ class Attempts:
         :param views: what is known beside a reference, where the frame is expected in it.
         :param tracked: rough pose in the keyframe by tracking, 4x4; None: there is none.
         """
-        twist = velocity.twist
-        prepared, motion = self._moving(prepared, references.last, twist)
-        unconfirmed = seconds(velocity.confirmed, prepared.stamp)
+        prepared, motion = self._moving(prepared, references.last, velocity.twist)
         doubtful = []
         if prepared.repeat is not Repeat.COLOUR:
-            steady = self._expected.steady(references.last.stamp, prepared.stamp, twist)
-            for attempt in self._by_keypoints(prepared, references, motion, steady, unconfirmed,
-                                              tracked):
+            expected = self._expected_pose(prepared.stamp, references.last.stamp, motion, velocity)
+            for attempt in self._by_keypoints(prepared, references, expected, tracked):
                 if _is_doubtful(attempt, prepared):
                     doubtful.append(attempt)
                 else:
@@ -100,16 +98,13 @@ class Attempts:
 
         Without an expected motion there is no attempt; parameters as for :meth:`of`.
         """
-        twist = velocity.twist
-        moving, motion = self._moving(prepared, references.last, twist)
-        if motion is None:
-            return prepared, None
-        steady = self._expected.steady(references.last.stamp, prepared.stamp, twist)
         keyframe, last = references.keyframe, references.last
+        moving, motion = self._moving(prepared, last, velocity.twist)
+        expected = self._expected_pose(prepared.stamp, last.stamp, motion, velocity)
+        if expected is None:
+            return prepared, None
         tracked, registration = self._registrar.track(
-            moving, keyframe.prepared, _expected(keyframe, last, motion),
-            seconds(velocity.confirmed, prepared.stamp),
-            None if steady is None else _expected(keyframe, last, steady))
+            moving, keyframe.prepared, expected.seen_from(_from(keyframe, last)))
         return tracked, self._checked(tracked, keyframe, registration)
 
     def _moving(self, prepared: PreparedFrame, last: Reference, twist: np.ndarray | None
@@ -121,20 +116,27 @@ class Attempts:
             prepared = prepared.moving(self._expected.twist_at(prepared.stamp, twist))
         return prepared, self._expected.between(last.stamp, prepared.stamp, twist)
 
+    def _expected_pose(self, stamp: int, last: int, motion: PoseWithCovariance | None,
+                       velocity: Velocity) -> ExpectedPose | None:
+        """Return the pose at a stamp that is expected in the last frame, by their stamps [ns]."""
+        if motion is None:
+            return None
+        steady = self._expected.steady(last, stamp, velocity.twist)
+        return ExpectedPose(motion.matrix, seconds(velocity.confirmed, stamp),
+                            None if steady is None else steady.matrix)
+
     def _by_keypoints(self, prepared: PreparedFrame, references: References,
-                      motion: PoseWithCovariance | None, steady: PoseWithCovariance | None,
-                      unconfirmed: float, tracked: np.ndarray | None) -> Iterator[Attempt]:
+                      expected: ExpectedPose | None, tracked: np.ndarray | None
+                      ) -> Iterator[Attempt]:
         candidates = references.candidates()
         if references.is_blurred() and not prepared.is_blurred_beside(references.sharp.prepared):
             candidates = chain([references.sharp], candidates)
         for reference in candidates:
-            expected, at_constant_velocity = (
-                None if each is None else _expected(reference, references.last, each)
-                for each in (motion, steady))
             attempt = self._checked(prepared, reference, self._registrar.register(
-                prepared, reference.prepared, expected, unconfirmed, at_constant_velocity,
+                prepared, reference.prepared,
+                expected and expected.seen_from(_from(reference, references.last)),
                 tracked if reference is references.keyframe else None))
-            yield attempt if motion is not None else self._recognised(attempt, prepared)
+            yield attempt if expected is not None else self._recognised(attempt, prepared)
 
     def _by_depth(self, prepared: PreparedFrame, references: References,
                   motion: PoseWithCovariance, confirmed: int,
@@ -193,16 +195,6 @@ def _is_doubtful(attempt: Attempt, prepared: PreparedFrame) -> bool:
     return (attempt.status.ok and attempt.registration.tracks is None
             and prepared.surface is not None
             and prepared.grey.shape == attempt.reference.prepared.grey.shape)
-
-
-def _expected(reference: Reference, last: Reference, motion: PoseWithCovariance) -> np.ndarray:
-    """
-    Return where a motion since the last frame puts the camera in the reference, 4x4.
-
-    Its rotation is made one again: poses that are refined from what poses before them let expect
-    would double their errors of rounding from frame to frame.
-    """
-    return se3.perturbed(_from(reference, last) @ motion.matrix, np.zeros(6))
 
 
 def _from(reference: Reference, last: Reference) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import RESTART_AFTER
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings
 
@@ -41,12 +42,11 @@ class ApparentAcceleration:
         sigmas: np.ndarray = 0.5 * np.hypot(self._sigmas, shown) * elapsed ** 2
         return sigmas
 
-    def note(self, stamp: int, found: Registration, expected: np.ndarray,
-             elapsed: float) -> None:
+    def note(self, stamp: int, found: Registration, expected: ExpectedPose) -> None:
         """Note what a registration of a frame shows; it may be registered several times."""
-        if not found.status.ok or elapsed <= 0.0:
+        if not found.status.ok or expected.elapsed <= 0.0:
             return
         if stamp != self._last[0]:
             self._before = self._last
-        difference = se3.difference(found.T_target_source, expected)
-        self._last = stamp, 2.0 * difference / elapsed ** 2
+        difference = se3.difference(found.T_target_source, expected.T_target_source)
+        self._last = stamp, 2.0 * difference / expected.elapsed ** 2

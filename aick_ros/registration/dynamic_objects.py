@@ -25,6 +25,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.kalman import KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.refinement import Refinement
@@ -67,31 +68,28 @@ class DynamicObjectCheck:
         self._prior_sigmas = np.repeat(np.multiply(_PRIOR_FACTORS, sigmas), 3)
 
     def check(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
-              expected: np.ndarray, elapsed: float) -> Registration:
+              expected: ExpectedPose) -> Registration:
         """
         Return the registration, or the one without its keypoints if the images support that more.
 
         Where the images do not decide, the difference of the two poses adds to the covariance.
-
-        :param expected: ``T_target_source`` at constant velocity, 4x4.
-        :param elapsed: time since the velocity was measured [s].
         """
         if (source.surface is None or target.surface is None
                 or source.grey.shape != target.grey.shape):
             return found
-        sudden = suddenness(se3.inverse(expected) @ found.T_target_source, elapsed, self._sudden)
+        sudden = suddenness(found.T_target_source, expected, self._sudden)
         is_contradicted = self._agreement.is_lost_by(found, target)
         has_objects = found.fit is not None and found.fit.has_objects
         if sudden <= 1.0 and not is_contradicted and not has_objects:
             return found
-        rest = self._without_keypoints_of(found, source, target, expected)
+        rest = self._without_keypoints_of(found, source, target, expected.T_target_source)
         if is_contradicted and self._agreement.is_better_by(rest, found):
             near = self._of_all_near(rest, found, source, target)
             return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
                                 f'depth agrees with {len(near.tracked)} others')
         motions = None if not rest.is_confirmed else TwoMotions.of(
-            found, rest.applied_to(found, ''), expected,
-            self._acceleration.sigmas(source.stamp, elapsed))
+            found, rest.applied_to(found, ''), expected.T_target_source,
+            self._acceleration.sigmas(source.stamp, expected.elapsed))
         if motions is not None and motions.are_confirmed:
             if motions.evidence > 0.0:
                 near = self._of_all_near(rest, found, source, target)
@@ -102,7 +100,8 @@ class DynamicObjectCheck:
         if sudden <= 1.0:
             return found
         return self._by_vote(found, rest, source, target, PoseWithCovariance(
-            expected, np.diag((0.5 * self._prior_sigmas * elapsed ** 2) ** 2)), sudden)
+            expected.T_target_source,
+            np.diag((0.5 * self._prior_sigmas * expected.elapsed ** 2) ** 2)), sudden)
 
     def _of_all_near(self, rest: Refined, found: Registration, source: PreparedFrame,
                      target: PreparedFrame) -> Refined:

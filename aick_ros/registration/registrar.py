@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from aick_ros.borders.records import replaced
-from aick_ros.borders.values import number, numbers, required
-from aick_ros.errors import InputError
+from aick_ros.borders.values import numbers, required
 from aick_ros.features.detector import Detector
 from aick_ros.frames.camera_clock import CameraClock
 from aick_ros.frames.depth_distortion import have_same_nodes
@@ -23,11 +22,12 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.stamps import MAX_STAMP, seconds
+from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.common_distortion import CommonDistortion
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.depth_pair import KnownView
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.preparation import Preparation, Preparer
 from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
@@ -159,44 +159,36 @@ class Registrar:
                              distortion=preparation.distortion)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
-                 expected: np.ndarray | None = None, elapsed: float = np.inf,
-                 steady: np.ndarray | None = None,
+                 expected: ExpectedPose | None = None,
                  tracked: np.ndarray | None = None) -> Registration:
         """
         Return the pose of the source in the target.
 
-        :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
-        :param elapsed: time since that velocity was measured [s].
-        :param steady: at constant velocity, 4x4, where other sensors have a part in the pose
-            expected. The images are as uncertain as their motion has changed since, whatever
-            others say.
+        :param expected: what is known of the motion; None: nothing is.
         :param tracked: a rough pose that :meth:`track` has returned, 4x4. Where AICK finds about
             the same, or none at once, the refinement begins there. None: there is none.
         :raises InputError: where the frames are not prepared, a pose is not rigid, or the time is
             less than 1 ns.
         """
         _require_frames(source, target)
-        elapsed = _duration(elapsed)
         if expected is not None:
-            expected = se3.checked(expected, 'the pose expected')
+            expected = required(expected, ExpectedPose, 'the pose expected').checked()
         if tracked is not None:
             tracked = se3.checked(tracked, 'the pose tracked')
         target = self._alike(target, source)
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
-        found = self._verified.register(source, target, expected, elapsed, tracked)
-        return self._learned_from(found, source, target, expected if steady is None else steady,
-                                  elapsed)
+        found = self._verified.register(source, target, expected, tracked)
+        return self._learned_from(found, source, target, expected)
 
     def brought(self, target: PreparedFrame, source: PreparedFrame) -> PreparedFrame:
         """Return the target as the source is registered to it: free of the same distortion."""
         _require_frames(source, target)
         return self._alike(target, source)
 
-    def track(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
-              elapsed: float, steady: np.ndarray | None = None
-              ) -> tuple[PreparedFrame, Registration]:
+    def track(self, source: PreparedFrame, target: PreparedFrame,
+              expected: ExpectedPose) -> tuple[PreparedFrame, Registration]:
         """
         Return the source with keypoints of the target tracked into it, and its pose in the target.
 
@@ -204,14 +196,12 @@ class Registrar:
         has one. Parameters as for :meth:`register`.
         """
         _require_frames(source, target)
-        expected = se3.checked(expected, 'the pose expected')
-        elapsed = _duration(elapsed)
+        expected = required(expected, ExpectedPose, 'the pose expected').checked()
         if self._verified is None:
             return source, failed(Status.TOO_FEW_MATCHES, 'no refinement')
         target = self._alike(target, source)
-        source, found = self._verified.track(source, target, expected, elapsed)
-        return source, self._learned_from(
-            found, source, target, expected if steady is None else steady, elapsed)
+        source, found = self._verified.track(source, target, expected)
+        return source, self._learned_from(found, source, target, expected)
 
     def contradicts(self, source: PreparedFrame, target: PreparedFrame,
                     T_target_source: np.ndarray) -> bool:
@@ -228,7 +218,7 @@ class Registrar:
                                                  NEAR_POSE)
 
     def _learned_from(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
-                      steady: np.ndarray | None, elapsed: float) -> Registration:
+                      expected: ExpectedPose | None) -> Registration:
         """Learn from a registration; return it with the errors that it does not show itself."""
         self._note_light(found)
         if source.repeat is not Repeat.NONE or are_equal(source.grey, target.grey):
@@ -239,8 +229,7 @@ class Registrar:
             found = replaced(found, measure=None)
         delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)
         return self._learned.systematic_error.add_to(
-            found, source, target, steady, elapsed, delay,
-            self._learned.misalignment.delay_sigma)
+            found, source, target, expected, delay, self._learned.misalignment.delay_sigma)
 
     def _learn(self, measure: Measure, T_target_source: np.ndarray, source: PreparedFrame,
                target: PreparedFrame) -> None:
@@ -342,11 +331,3 @@ class Registrar:
 def _require_frames(source: PreparedFrame, target: PreparedFrame) -> None:
     required(source, PreparedFrame, 'the source')
     required(target, PreparedFrame, 'the target')
-
-
-def _duration(elapsed: object) -> float:
-    """Return a time [s], infinite where no stamps are so far apart."""
-    duration = number(elapsed, 'elapsed')
-    if duration < seconds(0, 1):
-        raise InputError(f'elapsed is {duration:g} s: it must be 1 ns at least')
-    return duration if duration <= 2 * seconds(0, MAX_STAMP) else np.inf

@@ -25,6 +25,7 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.refined import CONTRADICTION, Refined
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
@@ -32,8 +33,7 @@ from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.status import Status
 from aick_ros.registration.two_motions import TwoMotions
-from aick_ros.registration.unexpected_motion import (
-    NEAR_POSE, is_same, sudden_accelerations, suddenness)
+from aick_ros.registration.unexpected_motion import is_continued, is_same, sudden_accelerations
 from aick_ros.settings import OdometrySettings
 
 _FAR_LIKELIER = 0.9  # chosen: probability from which on the second of two poses is returned
@@ -57,19 +57,12 @@ class RepeatingSceneCheck:
         self._sudden = sudden_accelerations(settings)
 
     def check(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
-              expected: np.ndarray, elapsed: float) -> Registration:
-        """
-        Return the registration, or a likelier one that keypoints confirm as well.
-
-        :param expected: ``T_target_source`` at constant velocity, 4x4.
-        :param elapsed: time since the velocity was measured [s].
-        """
-        change = se3.inverse(expected) @ found.T_target_source
-        if (is_same(expected, found.T_target_source, NEAR_POSE)
-                and suddenness(change, elapsed, self._sudden) <= 1.0
+              expected: ExpectedPose) -> Registration:
+        """Return the registration, or a likelier one that keypoints confirm as well."""
+        if (is_continued(found.T_target_source, expected, self._sudden)
                 or source.grey.shape != target.grey.shape):
             return found
-        other = self._refinement.refine(source, target, expected)
+        other = self._refinement.refine(source, target, expected.T_target_source)
         if is_same(found.T_target_source, other.T_target_source):
             return found
         if (self._agreement.is_lost_by(found, target)
@@ -77,8 +70,8 @@ class RepeatingSceneCheck:
             return _replaced(found, other)
         if self._agreement.is_only_by(found, other, target):
             return found
-        return self._by_keypoints(found, other, expected,
-                                  self._acceleration.sigmas(source.stamp, elapsed))
+        return self._by_keypoints(found, other, expected.T_target_source,
+                                  self._acceleration.sigmas(source.stamp, expected.elapsed))
 
     def _by_keypoints(self, found: Registration, other: Refined, expected: np.ndarray,
                       sigmas: np.ndarray) -> Registration:

@@ -18,6 +18,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import along_all_axes, at_point, in_axes
 from aick_ros.geometry.stamps import seconds
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.result import Registration, SensorBias
 
 _MEMORY = 30  # registrations; chosen
@@ -60,14 +61,12 @@ class SystematicError:
         self._normalised = _PRIOR_NORMALISED  # mean normalised squared bias
 
     def add_to(self, registration: Registration, source: PreparedFrame, target: PreparedFrame,
-               expected: np.ndarray | None = None, elapsed: float = np.inf,
-               delay: float = 0.0, delay_sigma: float = 0.0) -> Registration:
+               expected: ExpectedPose | None = None, delay: float = 0.0,
+               delay_sigma: float = 0.0) -> Registration:
         """
         Return a registration with the covariance of these errors too.
 
-        :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
-        :param elapsed: time since that velocity was measured, at most the time between the
-            frames [s].
+        :param expected: of which the pose at constant velocity counts; None: it is unknown.
         :param delay: time from the colour to the depth image that the pose is corrected by [s].
         :param delay_sigma: its standard deviation [s].
         """
@@ -76,7 +75,9 @@ class SystematicError:
         motion, interval = registration.T_target_source, seconds(target.stamp, source.stamp)
         change = np.zeros(6)
         if expected is not None and interval != 0.0:
-            change = se3.difference(motion, expected) / min(elapsed, abs(interval))
+            # a velocity is no older than the frame that it was measured at
+            change = se3.difference(motion, expected.at_constant_velocity) / min(
+                expected.elapsed, abs(interval))
         timing = errors_of_stamps(motion, source, target, change)
         # an error of the delay shifts the motion by this change, and in no other direction; so
         # does a velocity that lags

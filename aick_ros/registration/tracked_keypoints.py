@@ -17,15 +17,13 @@ import numpy as np
 from aick_ros.borders.records import replaced
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.geometry import se3
-from aick_ros.registration.refinement.misalignment import Prediction
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.refined import CONTRADICTION, Refined
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.status import Status
-from aick_ros.registration.unexpected_motion import (
-    NEAR_POSE, is_same, sudden_accelerations, suddenness)
+from aick_ros.registration.unexpected_motion import is_continued, sudden_accelerations
 from aick_ros.settings import Settings
 
 SHARE_TRACKED = 0.46
@@ -44,28 +42,24 @@ class TrackedKeypoints:
         self._settings = settings.refinement
         self._sudden = sudden_accelerations(settings.odometry)
 
-    def register(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
-                 elapsed: float) -> tuple[PreparedFrame, Registration]:
+    def register(self, source: PreparedFrame, target: PreparedFrame,
+                 expected: ExpectedPose) -> tuple[PreparedFrame, Registration]:
         """
         Return the source with the keypoints found in it, and its pose in the target.
 
         :param source: its keypoints are not used; its twist is that of the frame before.
-        :param expected: ``T_target_source`` at constant velocity, 4x4.
-        :param elapsed: time since that velocity was measured [s].
         """
         if source.grey.shape != target.grey.shape:
             return source, failed(Status.TOO_FEW_MATCHES, 'the images differ in size')
-        predicted = Prediction.of(expected, source.twist, elapsed)
-        refined = self._refinement.refine_back(source, target, expected, predicted)
+        refined = self._refinement.refine_back(source, target, expected.T_target_source,
+                                               expected.prediction(source.twist))
         tracks, sought = refined.tracked, self._settings.sought(len(target.keypoints))
         reason = f'{len(tracks)} keypoints tracked from the keyframe'
         if len(tracks) < FEWEST_TO_CONFIRM:
             return source, failed(Status.TOO_FEW_MATCHES, f'{reason}, of {sought}')
         if refined.is_contradicted:
             return source, failed(Status.TOO_FEW_MATCHES, CONTRADICTION)
-        change = se3.inverse(expected) @ refined.T_target_source
-        if (not is_same(expected, refined.T_target_source, NEAR_POSE)
-                or suddenness(change, elapsed, self._sudden) > 1.0):
+        if not is_continued(refined.T_target_source, expected, self._sudden):
             return source, _rough(refined, f'{reason} show a sudden motion')
         if len(tracks) < SHARE_TRACKED * sought:
             return source, _rough(refined, f'{reason}, of {sought}')

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from aick_ros.geometry import se3
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.settings import OdometrySettings
 
 _SUDDEN = 5.0, 2.0
@@ -32,17 +33,24 @@ def sudden_accelerations(settings: OdometrySettings) -> tuple[float, float]:
             angular * settings.angular_acceleration_sigma)
 
 
-def suddenness(change: np.ndarray, elapsed: float, limits: tuple[float, float]) -> float:
+def suddenness(T_target_source: np.ndarray, expected: ExpectedPose,
+               limits: tuple[float, float]) -> float:
     """
     Return the apparent acceleration by its limit, the larger of the two ratios.
 
-    :param change: 4x4, from the camera at constant velocity to the camera.
-    :param elapsed: time since the velocity was measured [s].
+    :param T_target_source: the pose that is found, 4x4.
     :param limits: acceleration [m/s^2] and angular acceleration [rad/s^2], such that the
-        change is at most the limit times the squared time.
+        change against the motion expected is at most the limit times the squared time.
     """
-    shift, angle = _distances(change)
-    return max(shift / limits[0], angle / limits[1]) / elapsed ** 2
+    shift, angle = _distances(expected.change_to(T_target_source))
+    return max(shift / limits[0], angle / limits[1]) / expected.elapsed ** 2
+
+
+def is_continued(T_target_source: np.ndarray, expected: ExpectedPose,
+                 limits: tuple[float, float]) -> bool:
+    """Return whether a pose, 4x4, is near the one expected, and the motion to it not sudden."""
+    return (is_same(expected.T_target_source, T_target_source, NEAR_POSE)
+            and suddenness(T_target_source, expected, limits) <= 1.0)
 
 
 def is_same(first: np.ndarray, second: np.ndarray,

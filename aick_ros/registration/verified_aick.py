@@ -18,6 +18,7 @@ from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.aick.fit_covariance import fit_covariance
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Prediction
@@ -86,41 +87,39 @@ class VerifiedAick:
         return self._refinement.count
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
-                 expected: np.ndarray | None, elapsed: float,
-                 tracked: np.ndarray | None = None) -> Registration:
+                 expected: ExpectedPose | None, tracked: np.ndarray | None = None) -> Registration:
         """
         Return the pose of the source in the target.
 
-        :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
-        :param elapsed: time since that velocity was measured [s].
+        :param expected: None: nothing is known of the motion.
         :param tracked: a rough pose by :meth:`track`, 4x4. Where AICK finds about the same the
             refinement begins there; where it finds none in one attempt, enough keypoints of the
             source itself that are tracked from there confirm it. None: there is none.
         """
-        predicted = Prediction.of(expected, source.twist, elapsed)
+        predicted = None if expected is None else expected.prediction(source.twist)
         found = self.recognize(source, target, predicted, tracked)
         if not found.status.ok:
             with self._times.stage('registration'):
                 slow = self._align_slowly(source.frame, target.frame)
             found = self._refine(source, target, slow, predicted)
         if expected is None:
-            self._acceleration.note(  # rest is the reference
-                source.stamp, found, np.eye(4), abs(seconds(target.stamp, source.stamp)))
+            at_rest = ExpectedPose(np.eye(4), abs(seconds(target.stamp, source.stamp)))
+            self._acceleration.note(source.stamp, found, at_rest)
             return found
         if not found.status.ok:
-            return self._refine_guess(source, target, expected, found)
+            return self._refine_guess(source, target, expected.T_target_source, found)
         with self._times.stage('refinement'):
-            checked = self._repeating_scene.check(found, source, target, expected, elapsed)
+            checked = self._repeating_scene.check(found, source, target, expected)
             if checked is found:
-                checked = self._dynamic_objects.check(found, source, target, expected, elapsed)
-        self._acceleration.note(source.stamp, checked, expected, elapsed)
+                checked = self._dynamic_objects.check(found, source, target, expected)
+        self._acceleration.note(source.stamp, checked, expected)
         return checked
 
-    def track(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
-              elapsed: float) -> tuple[PreparedFrame, Registration]:
+    def track(self, source: PreparedFrame, target: PreparedFrame,
+              expected: ExpectedPose) -> tuple[PreparedFrame, Registration]:
         """Return the source with keypoints tracked into it, and its pose; without AICK."""
         with self._times.stage('refinement'):
-            return self._tracked_keypoints.register(source, target, expected, elapsed)
+            return self._tracked_keypoints.register(source, target, expected)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame,
                   predicted: Prediction | None = None,

@@ -54,9 +54,9 @@ class Registrar:
         self._doubt = doubt
         self.by_keypoints, self.by_depth = [], []
 
-    def register(self, source, target, expected, elapsed, steady, tracked):
-        assert steady is tracked is None  # no other sensor has a part in the motion expected
-        self.by_keypoints.append((expected, elapsed))
+    def register(self, source, target, expected, tracked):
+        assert tracked is None
+        self.by_keypoints.append(expected)
         return dataclasses.replace(FOUND, tracks=None if self._doubt else 'some')
 
     def register_depth(self, source, target, expected, unobserved, others):
@@ -177,9 +177,11 @@ def test_registrations_know_the_motion_expected_and_the_time_since_keypoints_wer
         view(0.2), references, Velocity(twist, confirmed=round(confirmed * NANOSECONDS)),
         none_known))
     moved = last.matrix @ se3.exp(0.1 * twist)
-    for (expected, elapsed), reference in zip(registrar.by_keypoints, (keyframe, last)):
-        np.testing.assert_allclose(expected, np.linalg.inv(reference.matrix) @ moved, atol=1e-12)
-        assert elapsed == pytest.approx(0.2 - confirmed)
+    for expected, reference in zip(registrar.by_keypoints, (keyframe, last)):
+        assert expected.steady is None  # no other sensor has a part in the motion expected
+        np.testing.assert_allclose(
+            expected.T_target_source, np.linalg.inv(reference.matrix) @ moved, atol=1e-12)
+        assert expected.elapsed == pytest.approx(0.2 - confirmed)
     (expected, unobserved), = registrar.by_depth
     np.testing.assert_allclose(expected.matrix, np.linalg.inv(last.matrix) @ moved, atol=1e-12)
     accelerations = np.repeat(
@@ -264,10 +266,10 @@ def test_a_frame_is_tracked_from_the_keyframe_with_its_velocity_and_expected_the
         view(0.3), moved, Velocity(TWIST, confirmed=stamp(0.05)))
     assert expected.asked[:2] == [('is_known', stamp(0.1), stamp(0.3), TWIST),
                                   ('between', stamp(0.1), stamp(0.3), TWIST)]
-    (source, target, pose, elapsed, steady), = registrar.given
+    (source, target, pose), = registrar.given
     np.testing.assert_allclose(source.twist, np.r_[TWIST[:3], 0.3 * RATE])
-    assert target is moved.keyframe.prepared and elapsed == pytest.approx(0.25)
-    for given, motion in ((pose, MOTION), (steady, STEADY)):
+    assert target is moved.keyframe.prepared and pose.elapsed == pytest.approx(0.25)
+    for given, motion in ((pose.T_target_source, MOTION), (pose.steady, STEADY)):
         np.testing.assert_allclose(given, se3.inverse(
             moved.keyframe.pose.matrix) @ moved.last.pose.matrix @ motion.matrix, atol=1e-12)
     assert tracked.surface == 'tracked'
@@ -279,9 +281,9 @@ def test_without_a_velocity_a_frame_is_tracked_where_another_sensor_knows_the_mo
     registrar = Playing()
     _, attempt = Attempts(Settings(), registrar, Expected()).by_tracking(
         view(0.3), moved, Velocity(confirmed=stamp(0.05)))
-    (source, _, pose, _, steady), = registrar.given
-    assert source.twist is None and steady is None and attempt.status is Status.OK
-    np.testing.assert_allclose(pose, se3.inverse(
+    (source, _, pose), = registrar.given
+    assert source.twist is None and pose.steady is None and attempt.status is Status.OK
+    np.testing.assert_allclose(pose.T_target_source, se3.inverse(
         moved.keyframe.pose.matrix) @ moved.last.pose.matrix @ BLIND.matrix, atol=1e-12)
 
 
@@ -317,8 +319,8 @@ def test_what_is_expected_by_sensors_and_at_constant_velocity_is_in_each_referen
     registrar = Playing(failed(Status.TOO_FEW_MATCHES, ''))
     list(Attempts(Settings(), registrar, Expected()).of(
         view(0.3, repeat=Repeat.DEPTH), moved, Velocity(TWIST), none_known))
-    for (_, _, *given), reference in zip(registrar.given, (moved.keyframe, moved.last)):
-        for pose, motion in zip(given[::2], (MOTION, STEADY)):
+    for (_, _, expected, _), reference in zip(registrar.given, (moved.keyframe, moved.last)):
+        for pose, motion in ((expected.T_target_source, MOTION), (expected.steady, STEADY)):
             np.testing.assert_allclose(pose, se3.inverse(
                 reference.pose.matrix) @ moved.last.pose.matrix @ motion.matrix, atol=1e-12)
 

@@ -124,8 +124,7 @@ class Registrar:
     def brought(self, target, source):
         return target
 
-    def register(self, source, target, expected=None, elapsed=np.inf, steady=None,
-                 tracked=None):
+    def register(self, source, target, expected=None, tracked=None):
         errors = [self._noise.setdefault(frame.stamp, SEEN_SIGMAS / np.sqrt(2)
                                          * self._rng.standard_normal(6))
                   for frame in (source, target)]

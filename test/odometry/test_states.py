@@ -67,9 +67,8 @@ class Registrar:
     def brought(self, target, source):
         return target
 
-    def register(self, source, target, expected=None, elapsed=np.inf, steady=None,
-                 tracked=None):
-        self.asked.append((source.stamp, target.stamp, expected, elapsed, source.twist))
+    def register(self, source, target, expected=None, tracked=None):
+        self.asked.append((source.stamp, target.stamp, expected, source.twist))
         if self.dark & {source.stamp, target.stamp} or (
                 source.stamp, target.stamp) in self.refused:
             return failed(Status.TOO_FEW_MATCHES, 'dark')
@@ -122,11 +121,11 @@ def test_a_frame_is_expected_where_the_velocity_leads(made):
     odometry, registrar = made()
     for number in range(5):
         odometry.register_frame(frame(number))
-    source, target, expected, elapsed, twist = registrar.asked[-1]
+    source, target, expected, twist = registrar.asked[-1]
     assert (source, target) == (stamp_of(4), stamp_of(0))
-    np.testing.assert_allclose(expected, at_constant_velocity(source), atol=1e-9)
+    np.testing.assert_allclose(expected.T_target_source, at_constant_velocity(source), atol=1e-9)
     np.testing.assert_allclose(twist, TWIST, atol=1e-9)
-    assert elapsed == pytest.approx(PERIOD)
+    assert expected.elapsed == pytest.approx(PERIOD)
 
 
 def test_the_time_since_the_velocity_was_confirmed_grows_in_the_dark(made):
@@ -134,7 +133,8 @@ def test_the_time_since_the_velocity_was_confirmed_grows_in_the_dark(made):
     registrar.dark = {stamp_of(3), stamp_of(4)}
     for number in range(6):
         odometry.register_frame(frame(number))
-    elapsed = {source: elapsed for source, _, _, elapsed, _ in registrar.asked}
+    elapsed = {source: expected and expected.elapsed
+               for source, _, expected, _ in registrar.asked}
     assert [elapsed[stamp_of(number)] for number in range(2, 6)] == pytest.approx(
         [PERIOD, PERIOD, 2 * PERIOD, 3 * PERIOD])
 
@@ -247,7 +247,7 @@ def test_after_a_reset_there_is_no_velocity(made):
     for number in (3, 4):
         odometry.register_frame(frame(number))
     assert registrar.asked[-1][2] is None
-    assert registrar.asked[-1][4] is None
+    assert registrar.asked[-1][3] is None
 
 
 def test_the_pose_of_an_image_that_repeats_has_the_error_of_the_velocity(made):
@@ -285,10 +285,10 @@ def test_the_increment_over_a_gap_is_no_velocity(made):
     registrar.dark = {stamp_of(3), stamp_of(4)}
     for number in range(7):
         odometry.register_frame(frame(number))
-    expected = {source: expected for source, _, expected, _, _ in registrar.asked}
+    expected = {source: expected for source, _, expected, _ in registrar.asked}
     turned = se3.inverse(path(stamp_of(5))) @ path(stamp_of(6))
     step = se3.inverse(path(stamp_of(0))) @ path(stamp_of(5)) @ turned
-    np.testing.assert_allclose(expected[stamp_of(6)], step, atol=1e-6)
+    np.testing.assert_allclose(expected[stamp_of(6)].T_target_source, step, atol=1e-6)
 
 
 @pytest.mark.parametrize('least, is_reference', [(5, True), (6, False)])

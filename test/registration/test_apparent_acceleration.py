@@ -11,6 +11,7 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import RESTART_AFTER
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.status import Status
 from aick_ros.settings import OdometrySettings
 
@@ -43,24 +44,25 @@ def test_at_first_it_is_that_of_the_motion_model(acceleration):
 
 def test_what_a_frame_has_shown_makes_the_next_one_as_uncertain(acceleration, made):
     """However often that is registered: what it shows itself does not count."""
-    acceleration.note(FIRST, found(made), EXPECTED, 0.3)
+    acceleration.note(FIRST, found(made), ExpectedPose(EXPECTED, 0.3))
     shown = 2 * ERROR / 0.3 ** 2
     for _ in range(3):
         np.testing.assert_allclose(acceleration.sigmas(FIRST + SECOND // 10, 0.4),
                                    expected_sigmas(0.4, shown), rtol=1e-6)
-        acceleration.note(FIRST + SECOND // 10, found(made, 2 * ERROR), EXPECTED, 0.4)
+        acceleration.note(FIRST + SECOND // 10, found(made, 2 * ERROR),
+                          ExpectedPose(EXPECTED, 0.4))
     np.testing.assert_allclose(acceleration.sigmas(FIRST + SECOND // 5, 0.4),
                                expected_sigmas(0.4, 4 * ERROR / 0.4 ** 2), rtol=1e-6)
 
 
 @pytest.mark.parametrize('since', [-SECOND, LATER])
 def test_a_frame_long_before_or_of_another_recording_says_nothing(acceleration, made, since):
-    acceleration.note(FIRST, found(made), EXPECTED, 0.3)
+    acceleration.note(FIRST, found(made), ExpectedPose(EXPECTED, 0.3))
     np.testing.assert_allclose(acceleration.sigmas(FIRST + since, 0.4), expected_sigmas(0.4))
 
 
 @pytest.mark.parametrize('values, elapsed', [({'status': Status.TOO_FEW_MATCHES}, 0.3), ({}, 0.0)],
                          ids=['failed', 'at the same time'])
 def test_what_shows_no_motion_is_not_noted(acceleration, made, values, elapsed):
-    acceleration.note(FIRST, found(made, **values), EXPECTED, elapsed)
+    acceleration.note(FIRST, found(made, **values), ExpectedPose(EXPECTED, elapsed))
     np.testing.assert_allclose(acceleration.sigmas(FIRST + 1, 0.4), expected_sigmas(0.4))

@@ -16,6 +16,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck, _is_for_second, fuse
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.pose_vote import PoseVote
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.refined import Refined
@@ -92,12 +93,12 @@ def test_a_sudden_motion_is_one_beyond_the_motion_model(frames):
     shown, _ = frames
     source, target, found = pair(shown[:2])
     moved = found.T_target_source @ se3.exp([0.015, 0, 0, 0, 0, 0])  # 13.5 m/s^2
-    assert opinion().check(found, source, target, moved, PERIOD) is found
+    assert opinion().check(found, source, target, ExpectedPose(moved, PERIOD)) is found
     asked = []
     calm = opinion(with_values(Settings(), {'odometry.acceleration_sigma': 1.0}))
     calm._refinement.refine = lambda *args: asked.append(args) or Refinement(
         Settings().refinement, Settings().sensor).refine(*args)
-    calm.check(found, source, target, moved, PERIOD)
+    calm.check(found, source, target, ExpectedPose(moved, PERIOD))
     assert asked
 
 
@@ -116,7 +117,7 @@ def test_a_second_pose_that_nothing_observes_is_that_of_the_motion_model(frames,
     elapsed = 0.05
     biased = dataclasses.replace(found, covariance=found.covariance + np.eye(6),
                                  systematic=found.systematic + np.eye(6))
-    weighed = check.check(biased, source, target, expected, elapsed)
+    weighed = check.check(biased, source, target, ExpectedPose(expected, elapsed))
     np.testing.assert_allclose(weighed.T_target_source, expected, atol=1e-9)
     # the bias of the registration that was not taken is no part of this one
     assert np.linalg.eigvalsh(weighed.varying_pose.covariance).min() > 0
@@ -135,7 +136,7 @@ def moving(frames, picture, width, leap=LEAP):
 def test_a_board_with_most_keypoints_is_recognised_as_an_object(frames, picture, width):
     source, target, found, truth = moving(frames, picture, width)
     assert off(found.T_target_source, truth)[0] > 0.05
-    weighed = opinion().check(found, source, target, truth, PERIOD)
+    weighed = opinion().check(found, source, target, ExpectedPose(truth, PERIOD))
     translation, rotation = off(weighed.T_target_source, truth)
     assert translation < 0.004
     assert rotation < np.radians(0.2)
@@ -155,7 +156,7 @@ def test_a_board_with_most_keypoints_is_recognised_as_an_object(frames, picture,
 def test_an_undecided_vote_enlarges_the_covariance(frames, picture):
     """The board has most of the view and starts slowly: the difference of the poses is added."""
     source, target, found, truth = moving(frames, picture, 460, 11)
-    weighed = opinion().check(found, source, target, truth, PERIOD)
+    weighed = opinion().check(found, source, target, ExpectedPose(truth, PERIOD))
     np.testing.assert_array_equal(weighed.T_target_source, found.T_target_source)
     error = se3.difference(found.T_target_source, truth)
     before, after = (error @ np.linalg.solve(registration.covariance, error)
@@ -174,7 +175,7 @@ def test_frames_of_two_resolutions_are_not_checked(frames):
     target, source = registrar.prepare(first), registrar.prepare(smaller)
     found = registrar.register(source, target)
     assert found.status.ok
-    again = registrar.register(source, target, found.T_target_source @ JOLT, PERIOD)
+    again = registrar.register(source, target, ExpectedPose(found.T_target_source @ JOLT, PERIOD))
     np.testing.assert_array_equal(again.T_target_source, found.T_target_source)
 
 
@@ -183,7 +184,8 @@ def test_a_jolt_of_the_camera_is_accepted(frames, jolt):
     """Only the camera moves: all of the view supports the motion, however sudden."""
     shown, poses = frames
     source, target, found = pair(shown[:2])
-    weighed = opinion().check(found, source, target, found.T_target_source @ jolt, PERIOD)
+    weighed = opinion().check(
+        found, source, target, ExpectedPose(found.T_target_source @ jolt, PERIOD))
     np.testing.assert_array_equal(weighed.T_target_source, found.T_target_source)
     assert weighed.support == found.support
     sigmas = [np.sqrt(np.trace(r.covariance[:3, :3])) for r in (found, weighed)]
@@ -193,9 +195,9 @@ def test_a_jolt_of_the_camera_is_accepted(frames, jolt):
 def test_motions_within_the_model_are_not_checked(frames, picture):
     source, target, found, truth = moving(frames, picture, 460)
     near = found.T_target_source @ se3.exp([0.015, 0, 0, 0, 0.03, 0])
-    assert opinion().check(found, source, target, near, PERIOD) is found
+    assert opinion().check(found, source, target, ExpectedPose(near, PERIOD)) is found
     # nor a motion over a time so long that the model allows it
-    assert opinion().check(found, source, target, truth, 0.3) is found
+    assert opinion().check(found, source, target, ExpectedPose(truth, 0.3)) is found
 
 
 def test_frames_without_surfaces_are_not_checked(frames, picture):
@@ -204,7 +206,7 @@ def test_frames_without_surfaces_are_not_checked(frames, picture):
     source, target, found = pair(shown[:2], settings)
     expected = found.T_target_source @ JOLT
     assert opinion(with_values(Settings(), settings)).check(
-        found, source, target, expected, PERIOD) is found
+        found, source, target, ExpectedPose(expected, PERIOD)) is found
 
 
 def test_a_registration_without_expected_pose_is_not_checked(frames, picture, monkeypatch):
@@ -261,7 +263,8 @@ class Played:
 
     def check(self, **replaced):
         views = {'source': self.source, 'target': self.target, **replaced}
-        return self.opinion.check(self.found, views['source'], views['target'], EXPECTED, ELAPSED)
+        return self.opinion.check(self.found, views['source'], views['target'],
+                                  ExpectedPose(EXPECTED, ELAPSED))
 
     def second(self, number=0):
         """Return the pose of a refinement, fused with the motion expected."""

@@ -16,6 +16,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration import stage_times
 from aick_ros.registration.depth_pair import KnownView
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_equations import Equations, MisalignmentSample
 from aick_ros.registration.registrar import Learned, Registrar
@@ -25,7 +26,8 @@ from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
-EXPECTED, ELAPSED = se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1]), 0.2
+POSE = se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1])
+EXPECTED = ExpectedPose(POSE, 0.2)
 MISALIGNED = with_values(Settings(), {'misalignment.delay': 0.02, 'misalignment.x': 0.01})
 UNREFINED = with_values(Settings(), {'refinement.mode': 'none'})
 DELAY_SIGMA, LEARNED_DELAY = 0.004, 0.013
@@ -237,15 +239,15 @@ def test_a_frame_that_is_behind_has_the_lag_of_its_stamps(steps, preparation):
 
 
 def assert_given(given, steps):
-    source, target, expected, elapsed = given[:4]
+    source, target, expected = given[:3]
     assert source is steps.source and target is steps.target
-    np.testing.assert_array_equal(expected, EXPECTED)
-    assert elapsed == ELAPSED
+    np.testing.assert_array_equal(expected.T_target_source, POSE)
+    assert expected.elapsed == EXPECTED.elapsed
 
 
 @pytest.mark.parametrize('tracked', [None, np.eye(4)])
 def test_the_pose_tracked_is_handed_on(steps, parts, tracked):
-    steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED, tracked=tracked)
+    steps.registrar.register(steps.source, steps.target, EXPECTED, tracked=tracked)
     (*_, given), = parts.asked('VerifiedAick', 'register')
     assert (given is None) == (tracked is None)
     np.testing.assert_array_equal(given, tracked)
@@ -258,7 +260,7 @@ def test_a_pose_tracked_that_is_not_rigid_is_rejected(steps):
 
 def test_a_registration_teaches_noise_and_misalignment_and_gets_systematic_errors(steps, parts):
     """Those by the delay of the stamps and the one learned, with what it has taught just now."""
-    found = steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+    found = steps.registrar.register(steps.source, steps.target, EXPECTED)
     assert found == 'with systematic errors'
     given, = parts.asked('VerifiedAick', 'register')
     assert_given(given, steps)
@@ -275,15 +277,15 @@ def test_a_camera_at_rest_off_its_keyframe_teaches_its_noise_alone(steps, made):
     """Its errors are those of one pair of views, however often it is registered."""
     found = steps.found
     for _ in range(3):
-        steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+        steps.registrar.register(steps.source, steps.target, EXPECTED)
         steps.found = dataclasses.replace(found, measure=Measure(lambda: 'a noise', pytest.fail))
     assert steps.samples() == ['a noise', SAMPLE, EQUATIONS, 'a noise', 'a noise']
     steps.found = found
     steps.target = made.prepared(1_050_000_000)
-    steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+    steps.registrar.register(steps.source, steps.target, EXPECTED)
     assert steps.samples()[5:] == ['a noise', SAMPLE, EQUATIONS]
-    steps.found = dataclasses.replace(steps.found, T_target_source=EXPECTED)
-    steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+    steps.found = dataclasses.replace(steps.found, T_target_source=POSE)
+    steps.registrar.register(steps.source, steps.target, EXPECTED)
     assert steps.samples()[8:] == ['a noise', SAMPLE, EQUATIONS]
 
 
@@ -292,24 +294,23 @@ def test_a_camera_at_rest_off_its_keyframe_teaches_its_noise_alone(steps, made):
 def test_frames_of_two_images_teach_no_distortion(steps, made, size, taught):
     """As before and after the camera has changed its crop."""
     steps.target = made.prepared(1_000_000_000, size=size)
-    steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+    steps.registrar.register(steps.source, steps.target, EXPECTED)
     assert steps.samples() == taught
 
 
 def test_where_no_motion_is_expected_none_is_handed_on(steps, parts):
     steps.registrar.register(steps.source, steps.target)
     for given in (parts.asked('VerifiedAick', 'register')[0], steps.added()[1]):
-        assert given[2] is None and given[3] == np.inf
+        assert given[2] is None
 
 
 def test_what_is_tracked_teaches_the_same(steps, parts):
-    tracked, found = steps.registrar.track(steps.source, steps.target, EXPECTED, ELAPSED)
+    tracked, found = steps.registrar.track(steps.source, steps.target, EXPECTED)
     given, = parts.asked('VerifiedAick', 'track')
     assert_given(given, steps)
     assert found == 'with systematic errors' and tracked.is_tracked
-    (source, target, expected, elapsed, *_) = steps.added()[1]
-    assert source is tracked and target is steps.target and elapsed == ELAPSED
-    np.testing.assert_array_equal(expected, EXPECTED)
+    (source, target, expected, *_) = steps.added()[1]
+    assert source is tracked and target is steps.target and expected is given[2]
     assert steps.samples() == ['a noise', SAMPLE, EQUATIONS]
 
 
@@ -321,7 +322,7 @@ def test_a_repeated_image_teaches_nothing(steps, made, case):
     steps.source = made.prepared(1_100_000_000, **values)
     if case == 'the same image':
         steps.source = dataclasses.replace(steps.source, grey=steps.target.grey.copy())
-    steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+    steps.registrar.register(steps.source, steps.target, EXPECTED)
     found, (*_, delay, sigma) = steps.added()
     assert steps.samples() == []
     assert found.bias is found.measure is None
@@ -352,14 +353,14 @@ def test_from_places_that_look_alike_nothing_is_learned(steps, parts):
 def test_without_a_refinement_aick_is_all(make, parts, clock):
     steps = make(UNREFINED)
     assert 'VerifiedAick' not in parts.made
-    for register in (lambda *views: steps.registrar.register(*views, EXPECTED, ELAPSED),
+    for register in (lambda *views: steps.registrar.register(*views, EXPECTED),
                      steps.registrar.recognize):
         assert register(steps.source, steps.target) == 'by AICK alone'
         timing = steps.times.take()
         assert timing['registration'] == timing['total'] == 1000.0
     assert parts.asked('Aick', 'register') == 2 * [
         (steps.source.keypoints, steps.target.keypoints)]
-    source, found = steps.registrar.track(steps.source, steps.target, EXPECTED, ELAPSED)
+    source, found = steps.registrar.track(steps.source, steps.target, EXPECTED)
     assert source is steps.source
     assert (found.status, found.reason) == (Status.TOO_FEW_MATCHES, 'no refinement')
     assert steps.samples() == [] and len(steps.log) == 1
@@ -368,12 +369,12 @@ def test_without_a_refinement_aick_is_all(make, parts, clock):
 def test_depth_alone_gets_the_motion_expected_and_what_is_unobserved(steps, parts, clock):
     by_depth = failed(Status.TOO_FEW_KEYPOINTS, '')
     parts.answers['DepthAlone', 'register'] = by_depth
-    expected, unobserved = PoseWithCovariance(EXPECTED, np.eye(6)), np.diag(np.arange(1.0, 7.0))
-    beside = KnownView(steps.target, EXPECTED)
+    expected, unobserved = PoseWithCovariance(POSE, np.eye(6)), np.diag(np.arange(1.0, 7.0))
+    beside = KnownView(steps.target, POSE)
     assert steps.registrar.register_depth(
         steps.source, steps.target, expected, unobserved, [beside]) is by_depth
     (source, target, motion, covariance, (other,)), = parts.asked('DepthAlone', 'register')
-    assert other.prepared is steps.target and other.T_view_target is EXPECTED
+    assert other.prepared is steps.target and other.T_view_target is POSE
     assert source is steps.source and target is steps.target and motion is expected
     np.testing.assert_array_equal(covariance, unobserved)
     timing = steps.times.take()
@@ -385,9 +386,9 @@ def test_what_the_dark_needs_is_forgotten_some_time_after_it(steps, parts, made)
     """Not between frames in the dark, nor while the camera is lost; and once."""
     def register(count):
         for _ in range(count):
-            steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+            steps.registrar.register(steps.source, steps.target, EXPECTED)
         return len(parts.asked('DepthAlone', 'forget'))
-    in_the_dark = PoseWithCovariance(EXPECTED, np.eye(6))
+    in_the_dark = PoseWithCovariance(POSE, np.eye(6))
     parts.answers['DepthAlone', 'register'] = failed(Status.TOO_FEW_KEYPOINTS, '')
     parts.answers['DepthAlone', 'forget'] = None
     for _ in range(2):
@@ -401,15 +402,16 @@ def test_what_the_dark_needs_is_forgotten_some_time_after_it(steps, parts, made)
 
 @pytest.mark.parametrize('bad', [
     lambda one, a, b: one.register(None, b), lambda one, a, b: one.register(a, None),
-    lambda one, a, b: one.register(a, b, np.zeros((4, 4))),
-    lambda one, a, b: one.register(a, b, None, np.nan),
+    lambda one, a, b: one.register(a, b, POSE),
+    lambda one, a, b: one.register(a, b, ExpectedPose(np.zeros((4, 4)))),
+    lambda one, a, b: one.register(a, b, ExpectedPose(POSE, np.nan)),
     lambda one, a, b: one.brought(a, None), lambda one, a, b: one.brought(None, b),
     lambda one, a, b: one.recognize(a, None), lambda one, a, b: one.recognize(None, b),
-    lambda one, a, b: one.track(None, b, EXPECTED, 0.1),
-    lambda one, a, b: one.track(a, b, np.zeros((4, 4)), 0.1),
-    lambda one, a, b: one.track(a, b, EXPECTED, np.nan),
+    lambda one, a, b: one.track(None, b, EXPECTED), lambda one, a, b: one.track(a, b, POSE),
+    lambda one, a, b: one.track(a, b, ExpectedPose(np.zeros((4, 4)), 0.1)),
+    lambda one, a, b: one.track(a, b, ExpectedPose(POSE, np.nan)),
     lambda one, a, b: one.register_depth(a, None, PoseWithCovariance.identity(), np.eye(6)),
-    lambda one, a, b: one.register_depth(a, b, EXPECTED, np.eye(6)),
+    lambda one, a, b: one.register_depth(a, b, POSE, np.eye(6)),
     lambda one, a, b: one.register_depth(a, b, PoseWithCovariance.identity(), np.eye(5)),
     lambda one, a, b: one.prepared(a), lambda one, a, b: one.prepared_for_tracking(a),
     lambda one, a, b: one.with_own_keypoints(a.frame)])

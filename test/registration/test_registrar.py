@@ -16,6 +16,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import RESTART_AFTER, seconds
 from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
@@ -53,7 +54,8 @@ def register(frames, changes=None, expected=None, blank=False):
     views = [registrar.prepare(frame) for frame in frames]
     if blank:
         views[0] = dataclasses.replace(views[0], grey=np.zeros_like(views[0].grey))
-    return registrar.register(views[-1], views[0], expected), views
+    return registrar.register(
+        views[-1], views[0], None if expected is None else ExpectedPose(expected)), views
 
 
 def error(pose, truth):
@@ -69,7 +71,7 @@ def test_without_refinement_it_is_aick_bit_for_bit(frames, name):
     views = [registrar.prepare(frame) for frame in frames[:4]]
     extractor = KeypointExtractor(paper.features, paper.sensor)
     alone = Aick(paper.aick).register(extractor.extract(frames[3]), extractor.extract(frames[0]))
-    found = registrar.register(views[3], views[0], TURNED)
+    found = registrar.register(views[3], views[0], ExpectedPose(TURNED))
     for field in dataclasses.fields(alone):
         np.testing.assert_array_equal(getattr(found, field.name), getattr(alone, field.name))
     assert views[0].surface is None
@@ -207,7 +209,7 @@ def test_no_velocity_is_measured_now_or_later(frames, method, elapsed):
     registrar = Registrar(Settings())
     views = [registrar.prepare(frame) for frame in frames[:2]]
     with pytest.raises(InputError) as raised:
-        getattr(registrar, method)(*views[::-1], np.eye(4), elapsed)
+        getattr(registrar, method)(*views[::-1], ExpectedPose(np.eye(4), elapsed))
     assert str(raised.value) == f'elapsed is {elapsed:g} s: it must be 1 ns at least'
 
 
@@ -216,7 +218,7 @@ def test_a_velocity_of_a_time_beyond_all_stamps_is_not_known(frames):
     for elapsed in (1e300, np.inf):
         registrar = Registrar(Settings())
         views = [registrar.prepare(frame) for frame in frames[:2]]
-        poses.append(registrar.register(*views[::-1], np.eye(4), elapsed))
+        poses.append(registrar.register(*views[::-1], ExpectedPose(np.eye(4), elapsed)))
     np.testing.assert_array_equal(poses[0].T_target_source, poses[1].T_target_source)
     np.testing.assert_array_equal(poses[0].covariance, poses[1].covariance)
     assert poses[0].status is Status.OK
@@ -290,7 +292,7 @@ def test_the_lag_of_the_depth_is_that_of_the_acquisitions(jitters):
 def test_errors_by_delays_are_those_of_all_that_is_corrected(frames, lag, delay):
     """Of the lag that the stamps show, and of the delay that they do not."""
     delays = []
-    known = SimpleNamespace(add_to=lambda found, source, target, expected, elapsed, total, sigma:
+    known = SimpleNamespace(add_to=lambda found, source, target, expected, total, sigma:
                             delays.append(total) or found)
     registrar = Registrar(with_values(Settings(), {'misalignment.delay': delay}),
                           learned=Learned(systematic_error=known))
@@ -308,11 +310,12 @@ def test_errors_by_a_change_of_velocity_are_by_that_of_the_images(frames, steady
                             given.append(expected) or found)
     registrar = Registrar(learned=Learned(systematic_error=known))
     target, source = (registrar.prepare(frame) for frame in frames[:2])
-    expected = np.eye(4)
-    registrar.register(source, target, expected, 0.03, steady)
-    registrar.track(source, target, expected, 0.03, steady)
+    expected = ExpectedPose(np.eye(4), 0.03, steady)
+    registrar.register(source, target, expected)
+    registrar.track(source, target, expected)
     for each in given:
-        np.testing.assert_array_equal(each, expected if steady is None else steady)
+        np.testing.assert_array_equal(each.at_constant_velocity,
+                                      np.eye(4) if steady is None else steady)
     assert len(given) == 2
 
 

@@ -14,6 +14,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.registrar import Registrar
@@ -78,7 +79,7 @@ def test_of_poses_that_the_same_keypoints_confirm_the_likelier_one_is_returned(v
     """By the images alone the camera may have moved by one period more, sudden or not."""
     source, target, found = views
     expected = se3.exp([0.01, 0.005, 0, 0, 0, 0])
-    checked = check()(found(ONE_ON @ TRUTH), source, target, expected, elapsed)
+    checked = check()(found(ONE_ON @ TRUTH), source, target, ExpectedPose(expected, elapsed))
     assert error(checked.T_target_source, TRUTH) < 0.02
     assert 'repeats itself after 0.40 m' in checked.reason
     assert checked.support == len(checked.tracks)
@@ -89,7 +90,7 @@ def test_a_motion_near_the_one_expected_is_not_checked(views):
     source, target, found = views
     mistaken = found(ONE_ON @ TRUTH)
     expected = ONE_ON @ TRUTH @ se3.exp([0.04, 0, 0, 0, 0.04, 0])
-    assert check()(mistaken, source, target, expected, SLOW) is mistaken
+    assert check()(mistaken, source, target, ExpectedPose(expected, SLOW)) is mistaken
 
 
 @pytest.mark.parametrize('beside, is_checked', [
@@ -101,7 +102,7 @@ def test_a_motion_is_checked_from_five_centimetres_or_three_degrees_on(views, be
     asked = []
     refinement = Refinement(SETTINGS.refinement, SETTINGS.sensor)
     noted = SimpleNamespace(refine=lambda *of: asked.append(of) or refinement.refine(*of))
-    check(noted)(found(TRUTH), source, target, TRUTH @ se3.exp(beside), 1.0)
+    check(noted)(found(TRUTH), source, target, ExpectedPose(TRUTH @ se3.exp(beside), 1.0))
     assert bool(asked) == is_checked
 
 
@@ -119,7 +120,7 @@ def test_the_likelier_pose_is_that_of_the_smaller_acceleration(views, beyond):
     source, target, found = views
     kept = found(TRUTH)
     expected = se3.exp([MOVED + 0.06, 0, 0, 0, 0, 0])
-    checked = check(refinement=beyond)(kept, source, target, expected, SLOW)
+    checked = check(refinement=beyond)(kept, source, target, ExpectedPose(expected, SLOW))
     np.testing.assert_array_equal(checked.T_target_source, kept.T_target_source)
     assert 'repeats itself' in checked.reason
     assert np.sqrt(checked.covariance[0, 0]) < 0.02
@@ -133,19 +134,19 @@ def test_few_keypoints_are_not_believed_beside_more_that_depth_contradicts(
     refined = dataclasses.replace(beyond.refine(), is_contradicted=True)
     kept = dataclasses.replace(found(TRUTH), support=len(refined.tracked) - more)
     checked = check(SimpleNamespace(refine=lambda *_: refined))(
-        kept, source, target, ONE_ON @ TRUTH, SLOW)
+        kept, source, target, ExpectedPose(ONE_ON @ TRUTH, SLOW))
     assert ('contradict each other' in checked.reason) == is_rejected
     assert checked.status.ok != is_rejected
     unconfirmed = dataclasses.replace(kept, tracks=None, support=1000)  # matches alone
     assert not check(SimpleNamespace(refine=lambda *_: refined))(
-        unconfirmed, source, target, ONE_ON @ TRUTH, SLOW).status.ok
+        unconfirmed, source, target, ExpectedPose(ONE_ON @ TRUTH, SLOW)).status.ok
 
 
 def test_where_the_motion_model_does_not_decide_the_covariance_has_both_poses(views, beyond):
     """Half-way between two of them either is as likely: its variance is half the difference's."""
     source, target, found = views
     halfway = se3.exp([MOVED + 0.5 * PERIOD, 0, 0, 0, 0, 0])
-    checked = check(refinement=beyond)(found(TRUTH), source, target, halfway, SLOW)
+    checked = check(refinement=beyond)(found(TRUTH), source, target, ExpectedPose(halfway, SLOW))
     assert checked.covariance[0, 0] == pytest.approx(0.5 * PERIOD ** 2, rel=0.3)
     for pose in (TRUTH, ONE_ON @ TRUTH):
         difference = se3.difference(checked.T_target_source, pose)
@@ -159,12 +160,12 @@ def test_a_motion_that_begins_with_a_slip_does_not_go_on_slipping(views):
     tester = RepeatingSceneCheck(Refinement(SETTINGS.refinement, SETTINGS.sensor),
                                  SETTINGS.odometry, AGREEMENT, shown)
     slipped = dataclasses.replace(found(TRUTH), T_target_source=se3.inverse(ONE_ON))
-    shown.note(target.stamp, slipped, np.eye(4), SLOW)
-    kept = tester.check(found(TRUTH), source, target, ONE_ON @ TRUTH, SLOW)
+    shown.note(target.stamp, slipped, ExpectedPose(np.eye(4), SLOW))
+    kept = tester.check(found(TRUTH), source, target, ExpectedPose(ONE_ON @ TRUTH, SLOW))
     assert error(kept.T_target_source, TRUTH) < 0.02
     difference = se3.difference(kept.T_target_source, ONE_ON @ TRUTH)
     assert difference @ np.linalg.solve(kept.covariance, difference) < 12.6
-    again = tester.check(found(TRUTH), source, target, ONE_ON @ TRUTH, SLOW)
+    again = tester.check(found(TRUTH), source, target, ExpectedPose(ONE_ON @ TRUTH, SLOW))
     np.testing.assert_array_equal(again.T_target_source, kept.T_target_source)
 
 
@@ -174,12 +175,12 @@ def test_of_two_poses_the_one_that_more_keypoints_confirm_is_returned(views):
     few = mistaken.tracks[np.arange(18)]
     few = dataclasses.replace(few, keypoints=few.keypoints + len(source.keypoints))
     mistaken = dataclasses.replace(mistaken, tracks=few, support=len(few), fit=None)
-    checked = check()(mistaken, source, target, np.eye(4), SLOW)
+    checked = check()(mistaken, source, target, ExpectedPose(np.eye(4), SLOW))
     assert error(checked.T_target_source, TRUTH) < 0.02
     assert checked.support > 100
     np.testing.assert_array_equal(
-        check()(dataclasses.replace(mistaken, support=1000), source, target, np.eye(4),
-                SLOW).T_target_source, mistaken.T_target_source)
+        check()(dataclasses.replace(mistaken, support=1000), source, target,
+                ExpectedPose(np.eye(4), SLOW)).T_target_source, mistaken.T_target_source)
 
 
 EXPECTED = se3.exp([0.1, 0.0, 0.0, 0.0, 0.0, 0.1])
@@ -223,7 +224,8 @@ class Played:
             tracks=self.made.tracks(tracked), **values)
 
     def check(self, found, elapsed=SLOW, source=None):
-        return self.scene.check(found, source or self.source, self.target, EXPECTED, elapsed)
+        return self.scene.check(found, source or self.source, self.target,
+                                ExpectedPose(EXPECTED, elapsed))
 
 
 def probabilities(errors, elapsed, shown=np.zeros(6)):

@@ -15,6 +15,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
@@ -95,7 +96,8 @@ def test_an_unusual_bias_and_an_uncertain_delay_are_told_apart():
     moved = dataclasses.replace(
         registration(se3.exp([0.01, 0, 0, 0, 0, 0]), difference, OWN + before), systematic=before)
     complete = SystematicError().add_to(
-        moved, view(1 + PERIOD, 0.002), view(1, 0.002), np.eye(4), PERIOD, delay_sigma=0.01)
+        moved, view(1 + PERIOD, 0.002), view(1, 0.002), ExpectedPose(np.eye(4), PERIOD),
+        delay_sigma=0.01)
     unusual = np.repeat(np.mean(difference.reshape(2, 3) ** 2, axis=1), 3)
     delay = np.diag([(0.01 * 0.01 / PERIOD) ** 2] + 5 * [0.0])
     np.testing.assert_allclose(complete.unusual, np.diag(unusual) + delay, rtol=1e-9, atol=1e-15)
@@ -188,7 +190,7 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
     expected, motion = np.eye(4), np.eye(4)
     expected[:3, 3] = 0.02, 0.0, 0.0
 
-    def variance(change, jitter, known=expected):
+    def variance(change, jitter, known=ExpectedPose(expected)):
         motion[:3, 3] = 0.02, change, 0.0
         complete = used().add_to(registration(motion), view(1 + PERIOD, jitter),
                                  view(1, jitter), known)
@@ -208,7 +210,7 @@ def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
     """A second after the keyframe, with 1 cm of deviation from constant velocity."""
     jitter, motion = 0.001, se3.exp([0, 0.01, 0, 0, 0, 0])
     source, target = view(2, jitter), view(1, jitter)
-    complete = used().add_to(registration(motion), source, target, np.eye(4), PERIOD)
+    complete = used().add_to(registration(motion), source, target, ExpectedPose(np.eye(4), PERIOD))
     assert (complete.covariance - OWN)[0, 0] == pytest.approx(
         (12 * jitter * 0.01 / PERIOD) ** 2 / 3)
 
@@ -218,14 +220,16 @@ def test_a_delay_is_corrected_by_a_velocity_that_lags():
     acceleration, delay = 2.0, -0.02
     means = [0.5 + acceleration * PERIOD * i for i in range(2)]
     slow, fast = (se3.exp([velocity * PERIOD, 0, 0, 0, 0, 0]) for velocity in means)
-    complete = used().add_to(registration(fast), view(1 + PERIOD), view(1), slow, PERIOD, delay)
+    complete = used().add_to(registration(fast), view(1 + PERIOD), view(1),
+                             ExpectedPose(slow, PERIOD), delay)
     velocity = Prediction(slow, [means[0], 0, 0, 0, 0, 0] * np.ones(6), PERIOD).twist_with(fast)[0]
     error = delay * (means[1] + acceleration * PERIOD / 2 - velocity)
     # of each of two frames, along the change; half of it counts between two of one keyframe
     np.testing.assert_allclose(complete.covariance - OWN, np.diag([2 * error ** 2] + 5 * [0.0]),
                                atol=1e-12)
     assert complete.unusual[0, 0] == 0.0
-    steady = used().add_to(registration(fast), view(1 + PERIOD), view(1), fast, PERIOD, delay)
+    steady = used().add_to(registration(fast), view(1 + PERIOD), view(1),
+                           ExpectedPose(fast, PERIOD), delay)
     np.testing.assert_allclose(steady.covariance, OWN, atol=1e-12)
 
 
@@ -234,8 +238,8 @@ def test_a_delay_that_is_not_certain_adds_its_error_times_the_change_of_the_moti
     sigma, changes = 0.01, np.random.default_rng(2).normal(0, 0.2, 6)
     slow = se3.exp([0.5 * PERIOD, 0, 0, 0, 0, 0])
     fast = se3.perturbed(slow, changes * PERIOD)
-    complete = used().add_to(registration(fast), view(1 + PERIOD), view(1), slow, PERIOD,
-                             delay_sigma=sigma)
+    complete = used().add_to(registration(fast), view(1 + PERIOD), view(1),
+                             ExpectedPose(slow, PERIOD), delay_sigma=sigma)
     late = [se3.difference(se3.perturbed(fast, sign * sigma * changes), fast)
             for sign in (-1, 1)]
     np.testing.assert_allclose(complete.covariance - OWN,
@@ -246,7 +250,7 @@ def test_a_delay_that_is_not_certain_adds_its_error_times_the_change_of_the_moti
 def test_the_order_of_the_two_frames_does_not_matter(stamps):
     source, target = (view(seconds, 0.001) for seconds in stamps)
     moved = registration(se3.exp([0, 0.01, 0, 0, 0, 0]))
-    complete = used().add_to(moved, source, target, np.eye(4), PERIOD)
+    complete = used().add_to(moved, source, target, ExpectedPose(np.eye(4), PERIOD))
     assert (complete.covariance - OWN)[0, 0] == pytest.approx(
         (12 * 0.001 * 0.01 / PERIOD) ** 2 / 3)
     assert complete.timing[1, 1] > 2 * (3.3 * 0.001 * 0.01) ** 2
@@ -274,7 +278,7 @@ def test_infinite_stays_infinite():
 
 def test_two_images_with_one_stamp_have_no_speed():
     moved = registration(se3.exp([0.01, 0, 0, 0.01, 0, 0]))
-    covariance = used().add_to(moved, view(1, 0.001), view(1), np.eye(4)).covariance
+    covariance = used().add_to(moved, view(1, 0.001), view(1), ExpectedPose(np.eye(4))).covariance
     np.testing.assert_array_equal(covariance, OWN)
 
 

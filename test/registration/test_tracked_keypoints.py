@@ -11,6 +11,7 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.status import Status
 from aick_ros.registration.tracked_keypoints import TrackedKeypoints
@@ -26,7 +27,7 @@ LONG = 1.0  # s; the motion expected may be wrong by much after it
 def test_the_motion_is_found_without_keypoints_of_the_source(rendered_views):
     registrar, source, target, motion = rendered_views
     assert len(source.keypoints) == 0
-    _, found = registrar.track(source, target, se3.perturbed(motion, ERROR), LONG)
+    _, found = registrar.track(source, target, ExpectedPose(se3.perturbed(motion, ERROR), LONG))
     error = se3.difference(found.T_target_source, motion)
     assert found.status.ok and found.iterations == 0
     assert np.linalg.norm(error[:3]) < 0.001 and np.linalg.norm(error[3:]) < 0.001
@@ -35,7 +36,7 @@ def test_the_motion_is_found_without_keypoints_of_the_source(rendered_views):
 
 def test_the_source_gets_the_keypoints_where_it_sees_them(rendered_views):
     registrar, source, target, motion = rendered_views
-    tracked, found = registrar.track(source, target, motion, LONG)
+    tracked, found = registrar.track(source, target, ExpectedPose(motion, LONG))
     rows, known = found.matches.T
     assert tracked.is_tracked and len(rows) == len(tracked.keypoints) == found.support
     expected = se3.transform(se3.inverse(motion), target.keypoints.positions[known])
@@ -53,7 +54,7 @@ def test_the_source_gets_the_keypoints_where_it_sees_them(rendered_views):
 
 def test_keypoints_of_its_own_are_those_of_a_frame_that_is_not_tracked(rendered_views):
     registrar, source, target, motion = rendered_views
-    tracked, _ = registrar.track(source, target, motion, LONG)
+    tracked, _ = registrar.track(source, target, ExpectedPose(motion, LONG))
     own, prepared = registrar.with_own_keypoints(tracked), registrar.prepare(source.frame)
     np.testing.assert_array_equal(own.keypoints.positions, prepared.keypoints.positions)
     assert not own.is_tracked
@@ -101,7 +102,8 @@ def test_where_aick_finds_no_pose_it_contradicts_none(rendered_views):
 def test_aick_has_to_decide_where_the_motion_expected_is_wrong(
         rendered_views, error, elapsed, reason):
     registrar, source, target, motion = rendered_views
-    same, found = registrar.track(source, target, se3.perturbed(motion, error), elapsed)
+    same, found = registrar.track(source, target,
+                                  ExpectedPose(se3.perturbed(motion, error), elapsed))
     assert found.status is Status.TOO_FEW_MATCHES and reason in found.reason
     assert not same.is_tracked
 
@@ -109,13 +111,14 @@ def test_aick_has_to_decide_where_the_motion_expected_is_wrong(
 def test_views_of_two_resolutions_are_not_tracked(rendered_views):
     registrar, source, target, motion = rendered_views
     small = dataclasses.replace(source, grey=source.grey[::2, ::2])
-    assert not registrar.track(small, target, motion, LONG)[1].status.ok
+    assert not registrar.track(small, target, ExpectedPose(motion, LONG))[1].status.ok
 
 
 def test_nothing_is_tracked_without_a_refinement(rendered_views):
     _, source, target, motion = rendered_views
-    assert not Registrar(preset('paper-fast')).track(source, target, motion, LONG)[1].status.ok
-    assert Registrar(Settings()).track(source, target, motion, LONG)[1].status.ok
+    for settings, is_ok in ((preset('paper-fast'), False), (Settings(), True)):
+        _, found = Registrar(settings).track(source, target, ExpectedPose(motion, LONG))
+        assert found.status.ok == is_ok
 
 
 class Back:
@@ -142,13 +145,15 @@ def play(made):
         play.back = Back(made, expected @ se3.exp(error), tracked, known)
         play.views = (made.prepared(2, 0, twist=np.arange(1.0, 7.0)), made.prepared(1, known))
         play.expected = expected
-        return TrackedKeypoints(settings, play.back).register(*play.views, expected, elapsed)
+        return TrackedKeypoints(settings, play.back).register(
+            *play.views, ExpectedPose(expected, elapsed))
     return play
 
 
 def test_of_two_resolutions_nothing_is_refined(made):
     source, target = made.prepared(2, size=(20, 24)), made.prepared(1)
-    same, found = TrackedKeypoints(Settings(), None).register(source, target, np.eye(4), LONG)
+    same, found = TrackedKeypoints(Settings(), None).register(
+        source, target, ExpectedPose(np.eye(4), LONG))
     assert same is source
     assert (found.status, found.reason) == (
         Status.TOO_FEW_MATCHES, 'the images differ in size')

@@ -7,18 +7,31 @@ import numpy as np
 import pytest
 
 from aick_ros.geometry import se3
-from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
+from aick_ros.registration.expected_pose import ExpectedPose
+from aick_ros.registration.unexpected_motion import (
+    is_continued, is_same, sudden_accelerations, suddenness)
 from aick_ros.settings import OdometrySettings
 
 LIMITS = np.array([15.0, 30.0])
 
 
-def test_suddenness_is_the_acceleration_by_its_limit():
-    assert suddenness(np.eye(4), 0.1, LIMITS) == 0.0
-    assert suddenness(se3.exp([0, 0.15, 0, 0, 0, 0]), 0.1, LIMITS) == pytest.approx(1.0)
-    assert suddenness(se3.exp([0, 0, 0, 0.6, 0, 0]), 0.1, LIMITS) == pytest.approx(2.0)
-    assert suddenness(se3.exp([0.15, 0, 0, 0, 0, 0]), 0.2, LIMITS) == pytest.approx(0.25)
-    assert suddenness(se3.exp([9, 0, 0, 0, 0, 0]), np.inf, LIMITS) == 0.0
+@pytest.mark.parametrize(('change', 'elapsed', 'ratio'), [
+    ([0, 0, 0, 0, 0, 0], 0.1, 0.0), ([0, 0.15, 0, 0, 0, 0], 0.1, 1.0),
+    ([0, 0, 0, 0.6, 0, 0], 0.1, 2.0), ([0.15, 0, 0, 0, 0, 0], 0.2, 0.25),
+    ([9, 0, 0, 0, 0, 0], np.inf, 0.0)])
+def test_suddenness_is_the_acceleration_by_its_limit(change, elapsed, ratio):
+    expected = ExpectedPose(se3.exp([1.0, 2.0, 3.0, 0.4, 0.5, 0.6]), elapsed)
+    found = expected.T_target_source @ se3.exp(change)
+    assert suddenness(found, expected, LIMITS) == pytest.approx(ratio, abs=1e-12)
+
+
+@pytest.mark.parametrize(('change', 'elapsed', 'continued'), [
+    ([0.04, 0, 0, 0, 0, 0], 1.0, True), ([0.06, 0, 0, 0, 0, 0], 1.0, False),
+    ([0, 0, 0, 0, 0, 0.06], 1.0, False), ([0.04, 0, 0, 0, 0, 0], 0.01, False)])
+def test_a_motion_is_continued_where_it_is_near_and_not_sudden(change, elapsed, continued):
+    expected = ExpectedPose(se3.exp([1.0, 2.0, 3.0, 0.4, 0.5, 0.6]), elapsed)
+    found = expected.T_target_source @ se3.exp(change)
+    assert is_continued(found, expected, LIMITS) == continued
 
 
 def test_what_is_sudden_grows_with_the_noise_of_the_motion_model():

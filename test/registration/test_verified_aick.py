@@ -12,8 +12,8 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.registration import stage_times
 from aick_ros.registration.aick.fit_covariance import fit_covariance
+from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import failed
@@ -23,7 +23,7 @@ from aick_ros.registration.verified_aick import VerifiedAick
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
-EXPECTED, ELAPSED = se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1]), 0.2
+EXPECTED = ExpectedPose(se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1]), 0.2)
 FAILURE = failed(Status.TOO_FEW_MATCHES, 'by AICK', 3)
 SLOW_FAILURE = failed(Status.DEGENERATE_GEOMETRY, 'by slow AICK', 30)
 
@@ -66,7 +66,7 @@ class Steps:
             ('KeypointExtractor', 'extract'): lambda frame: ('all of', frame)})
 
     def register(self, expected=EXPECTED, tracked=None):
-        return self.registrar.register(self.source, self.target, expected, ELAPSED, tracked)
+        return self.registrar.register(self.source, self.target, expected, tracked)
 
 
 @pytest.fixture
@@ -85,9 +85,9 @@ def assert_is_refined(found, aligned, refined):
 
 
 def assert_predicted(predicted, steps):
-    np.testing.assert_array_equal(predicted.T_target_source, EXPECTED)
+    np.testing.assert_array_equal(predicted.T_target_source, EXPECTED.T_target_source)
     np.testing.assert_array_equal(predicted.twist, steps.source.twist)
-    assert predicted.elapsed == ELAPSED
+    assert predicted.elapsed == EXPECTED.elapsed
 
 
 def test_its_parts_share_one_refinement_of_the_camera(steps, parts):
@@ -127,8 +127,7 @@ def test_what_aick_finds_is_refined_and_then_checked(steps, parts):
     for check in ('RepeatingSceneCheck', 'DynamicObjectCheck'):
         (checked, *others), = parts.asked(check, 'check')
         assert checked is found
-        assert others[:2] == [steps.source, steps.target]
-        assert others[2] is EXPECTED and others[3] == ELAPSED
+        assert others == [steps.source, steps.target, EXPECTED]
 
 
 def test_the_refinement_begins_at_a_pose_tracked_that_aick_confirms(steps, parts):
@@ -170,7 +169,7 @@ def test_where_aick_finds_no_pose_the_one_tracked_needs_a_share_of_the_keypoints
     steps.source = steps.made.prepared(2, 120)  # a hundred are tracked at most
     steps.aligned, steps.refined = FAILURE, [steps.made.refined(count)]
     refined = steps.refined[0]
-    found = steps.register(expected=None, tracked=EXPECTED)
+    found = steps.register(expected=None, tracked=EXPECTED.T_target_source)
     assert (('Aick', 'register') in parts.order()) != is_enough
     if is_enough:
         assert found.T_target_source is refined.T_target_source and found.status is Status.OK
@@ -201,10 +200,10 @@ def test_each_stage_is_timed(steps, parts, monkeypatch):
 def test_without_a_motion_expected_what_is_noted_is_against_rest(steps, parts):
     steps.refined = [steps.made.refined(40)]
     found = steps.register(expected=None)
-    (stamp, noted, expected, elapsed), = parts.asked('ApparentAcceleration', 'note')
+    (stamp, noted, expected), = parts.asked('ApparentAcceleration', 'note')
     assert found.status.ok and noted is found and stamp == steps.source.stamp
-    np.testing.assert_array_equal(expected, np.eye(4))
-    assert elapsed == pytest.approx(1e-9 * (steps.source.stamp - steps.target.stamp))
+    np.testing.assert_array_equal(expected.T_target_source, np.eye(4))
+    assert expected.elapsed == pytest.approx(1e-9 * (steps.source.stamp - steps.target.stamp))
     assert parts.asked('Refinement', 'refine')[0][3] is None
     assert len(parts.order()) == 3
 
@@ -220,8 +219,8 @@ def test_what_is_noted_is_the_pose_after_all_checks(steps, parts):
     of_the_scene = steps.made.registration()
     parts.answers['DynamicObjectCheck', 'check'] = of_the_scene
     assert steps.register() is of_the_scene
-    (_, noted, expected, elapsed), = parts.asked('ApparentAcceleration', 'note')
-    assert noted is of_the_scene and expected is EXPECTED and elapsed == ELAPSED
+    (_, noted, expected), = parts.asked('ApparentAcceleration', 'note')
+    assert noted is of_the_scene and expected is EXPECTED
 
 
 def test_what_the_check_for_objects_finds_is_returned(steps, parts):
@@ -278,7 +277,7 @@ def test_without_a_motion_expected_the_failure_of_the_slow_schedule_is_returned(
     found = steps.register(expected=None)
     assert (found.status, found.reason) == (SLOW_FAILURE.status, 'by slow AICK')
     assert parts.asked('Refinement', 'refine') == []
-    (_, noted, _, _), = parts.asked('ApparentAcceleration', 'note')
+    (_, noted, _), = parts.asked('ApparentAcceleration', 'note')
     assert noted is found
 
 
@@ -296,7 +295,7 @@ def test_half_of_the_keypoints_that_can_be_tracked_confirm_the_motion_expected(
         found = steps.register()
         (source, target, pose, predicted), = parts.asked('Refinement', 'refine')
         assert source is steps.source and target is steps.target
-        assert pose is EXPECTED and predicted is None
+        assert pose is EXPECTED.T_target_source and predicted is None
         assert not any(name.endswith('Check') for name, _ in parts.order())
         if is_confirmed:
             assert found.status is Status.OK and found.support == tracked
@@ -360,7 +359,7 @@ def test_recognized_is_what_one_attempt_finds(steps, parts):
     assert steps.registrar.recognize(steps.source, steps.target) is FAILURE
     assert ('Aick', 'register') not in parts.order()
     steps.aligned, steps.refined = steps.made.registration(), [refined]
-    predicted = Prediction.of(EXPECTED, steps.source.twist, ELAPSED)
+    predicted = EXPECTED.prediction(steps.source.twist)
     steps.registrar.recognize(steps.source, steps.target, predicted)
     assert parts.asked('Refinement', 'refine')[-1][3] is predicted
 
@@ -368,10 +367,10 @@ def test_recognized_is_what_one_attempt_finds(steps, parts):
 def test_tracking_is_left_to_its_part(steps, parts, monkeypatch):
     monkeypatch.setattr(stage_times, 'clock', Clock())
     parts.answers['TrackedKeypoints', 'register'] = 'tracked', 'found'
-    found = steps.registrar.track(steps.source, steps.target, EXPECTED, ELAPSED)
+    found = steps.registrar.track(steps.source, steps.target, EXPECTED)
     assert found == ('tracked', 'found')
-    (source, target, expected, elapsed), = parts.asked('TrackedKeypoints', 'register')
+    (source, target, expected), = parts.asked('TrackedKeypoints', 'register')
     assert source is steps.source and target is steps.target
-    assert expected is EXPECTED and elapsed == ELAPSED
+    assert expected is EXPECTED
     timing = steps.times.take()
     assert timing['refinement'] == timing['total'] == 1000.0
