@@ -9,7 +9,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -111,10 +110,6 @@ class Path:
         :raises InputError: where it is not rigid; the one before stays.
         """
         self._plane.mount(T_base_camera)
-
-    def add(self, samples: ImuSamples, time_offset: float) -> None:
-        """Add samples of an accelerometer, as for :meth:`Gravity.add`."""
-        self.gravity.add(samples, time_offset)
 
     def start(self, prepared: PreparedFrame) -> Reference:
         """Return a first frame with its pose; it is the first keyframe in memory."""

@@ -36,10 +36,12 @@ from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.new_views import NewViews
 from aick_ros.registration.refinement.problem import mean_depth_lag
+from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.result import Measure, Registration, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import SystematicError
+from aick_ros.registration.tracked_keypoints import TrackedKeypoints
 from aick_ros.registration.unexpected_motion import NEAR_POSE, is_same
 from aick_ros.registration.verified_aick import VerifiedAick
 from aick_ros.settings import Settings
@@ -87,9 +89,13 @@ class Registrar:
         self._aick = Aick(settings.aick)
         self._learned = Learned() if learned is None else required(learned, Learned, 'learned')
         self._depth_alone = DepthAlone(settings, self._learned.noise, self._learned.misalignment)
-        self._verified = None if settings.refinement.mode == 'none' else VerifiedAick(
-            settings, self._aick, self._learned.noise, self._learned.misalignment, self._times,
-            detector)
+        refinement = None if settings.refinement.mode == 'none' else Refinement(
+            settings.refinement, settings.sensor, self._learned.noise, self._learned.misalignment)
+        self._refinement = refinement
+        self._verified = None if refinement is None else VerifiedAick(
+            settings, self._aick, refinement, self._learned.noise, self._times, detector)
+        self._tracked_keypoints = None if refinement is None else TrackedKeypoints(
+            settings, refinement)
         self._learned.misalignment.assume(Misalignment.by(settings.misalignment))
         self._preparer.distortion = self._learned.distortion.distortion
         self._own_keypoints = LastResults(self._preparer.keypoints, 1)
@@ -104,8 +110,8 @@ class Registrar:
 
     @property
     def refinements(self) -> int:
-        """Number of refinements so far."""
-        return 0 if self._verified is None else self._verified.refinements
+        """Number of refinements so far, those of checks among them."""
+        return 0 if self._refinement is None else self._refinement.count
 
     def prepare(self, frame: RgbdFrame, repeat: Repeat = Repeat.NONE) -> PreparedFrame:
         """
@@ -197,10 +203,11 @@ class Registrar:
         """
         _require_frames(source, target)
         expected = required(expected, ExpectedPose, 'the pose expected').checked()
-        if self._verified is None:
+        if self._tracked_keypoints is None:
             return source, failed(Status.TOO_FEW_MATCHES, 'no refinement')
         target = self._alike(target, source)
-        source, found = self._verified.track(source, target, expected)
+        with self._times.stage('refinement'):
+            source, found = self._tracked_keypoints.register(source, target, expected)
         return source, self._learned_from(found, source, target, expected)
 
     def contradicts(self, source: PreparedFrame, target: PreparedFrame,

@@ -22,7 +22,6 @@ from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Prediction
-from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.refined import CONTRADICTION, Refined
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
@@ -31,7 +30,7 @@ from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
-from aick_ros.registration.tracked_keypoints import SHARE_TRACKED, TrackedKeypoints
+from aick_ros.registration.tracked_keypoints import SHARE_TRACKED
 from aick_ros.registration.unexpected_motion import NEAR_POSE, is_same
 from aick_ros.settings import Settings
 
@@ -53,26 +52,25 @@ class VerifiedAick:
     the pose at constant velocity is refined.
 
     :param aick: with the schedule of the settings.
-    :param noise: of the camera; by which refinements are weighted.
-    :param misalignment: of the camera; by which refinements correct the frames.
+    :param refinement: of the frames of one camera.
+    :param noise: of that camera.
     :param times: adds up the time of each stage.
     :param detector: used instead of the one that ``features.detector`` names.
     """
 
-    def __init__(self, settings: Settings, aick: Aick, noise: MeasuredNoise,
-                 misalignment: MisalignmentEstimate, times: StageTimes,
+    def __init__(self, settings: Settings, aick: Aick, refinement: Refinement,
+                 noise: MeasuredNoise, times: StageTimes,
                  detector: Detector | None = None) -> None:
         self._aick = aick
         self._times = times
         self._settings = settings.refinement
-        self._refinement = Refinement(settings.refinement, settings.sensor, noise, misalignment)
+        self._refinement = refinement
         agreement = SensorAgreement(noise)
         self._acceleration = ApparentAcceleration(settings.odometry)
         self._repeating_scene = RepeatingSceneCheck(
-            self._refinement, settings.odometry, agreement, self._acceleration)
+            refinement, settings.odometry, agreement, self._acceleration)
         self._dynamic_objects = DynamicObjectCheck(
-            self._refinement, settings, agreement, self._acceleration)
-        self._tracked_keypoints = TrackedKeypoints(settings, self._refinement)
+            refinement, settings, agreement, self._acceleration)
         alpha, iterations = _SLOW_SCHEDULE
         self._slow_aick = Aick(dataclasses.replace(settings.aick, alpha=alpha,
                                                    iterations=iterations))
@@ -81,18 +79,13 @@ class VerifiedAick:
             KeypointExtractor(unlimited, settings.sensor, detector=detector).extract,
             _CACHED_FRAMES)
 
-    @property
-    def refinements(self) -> int:
-        """Number of refinements so far, those of checks among them."""
-        return self._refinement.count
-
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: ExpectedPose | None, tracked: np.ndarray | None = None) -> Registration:
         """
         Return the pose of the source in the target.
 
         :param expected: None: nothing is known of the motion.
-        :param tracked: a rough pose by :meth:`track`, 4x4. Where AICK finds about the same the
+        :param tracked: a rough pose by tracking, 4x4. Where AICK finds about the same the
             refinement begins there; where it finds none in one attempt, enough keypoints of the
             source itself that are tracked from there confirm it. None: there is none.
         """
@@ -114,12 +107,6 @@ class VerifiedAick:
                 checked = self._dynamic_objects.check(found, source, target, expected)
         self._acceleration.note(source.stamp, checked, expected)
         return checked
-
-    def track(self, source: PreparedFrame, target: PreparedFrame,
-              expected: ExpectedPose) -> tuple[PreparedFrame, Registration]:
-        """Return the source with keypoints tracked into it, and its pose; without AICK."""
-        with self._times.stage('refinement'):
-            return self._tracked_keypoints.register(source, target, expected)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame,
                   predicted: Prediction | None = None,

@@ -56,9 +56,10 @@ class Parts:
         for name in names:
             self._monkeypatch.setattr(
                 f'aick_ros.registration.{module}.{name}',
-                lambda *args, _name=name, **named: self._make(_name, (*args, *named.values())))
+                lambda *args, _name=name, **named: self.make(_name, (*args, *named.values())))
 
-    def _make(self, name, made_with):
+    def make(self, name, made_with=()):
+        """Return a part that stands for a class."""
         self.made.setdefault(name, []).append(Part(self, name, made_with))
         return self.made[name][-1]
 

@@ -85,7 +85,8 @@ class Steps:
     """A registrar of such parts, and two frames."""
 
     def __init__(self, parts, made, settings=Settings()):
-        parts.replace('registrar', 'Preparer', 'Aick', 'DepthAlone', 'VerifiedAick')
+        parts.replace('registrar', 'Preparer', 'Aick', 'DepthAlone', 'Refinement', 'VerifiedAick',
+                      'TrackedKeypoints')
         self.log, self.times, self.settings = [], StageTimes(), settings
         self.colour, self.depth = Clock(0.003, 0.001), Clock(0.005, 0.004)
         self.learned = Learned(self.colour, self.depth, *(Sensed(self.log) for _ in range(4)))
@@ -96,7 +97,7 @@ class Steps:
         self.found = made.registration(bias='a bias', measure=measured(SAMPLE))
         for method in ('register', 'recognize'):
             parts.answers['VerifiedAick', method] = lambda *_: self.found
-        parts.answers['VerifiedAick', 'track'] = lambda source, *_: (
+        parts.answers['TrackedKeypoints', 'register'] = lambda source, *_: (
             dataclasses.replace(source, is_tracked=True), self.found)
         parts.answers['Aick', 'register'] = 'by AICK alone'
 
@@ -132,15 +133,19 @@ def clock(monkeypatch):
 
 def test_its_parts_share_what_is_learned_of_the_camera(make, parts):
     steps = make(MISALIGNED)
-    (preparer,), (aick,), (depth_alone,), (verified,) = (
-        parts.made[name] for name in ('Preparer', 'Aick', 'DepthAlone', 'VerifiedAick'))
+    (preparer,), (aick,), (depth_alone,), (refinement,), (verified,), (tracked,) = (
+        parts.made[name] for name in ('Preparer', 'Aick', 'DepthAlone', 'Refinement',
+                                      'VerifiedAick', 'TrackedKeypoints'))
     learned, settings = steps.learned, steps.settings
     assert steps.registrar.preparer is preparer
     assert preparer.made_with == (settings, steps.detector)
     assert aick.made_with == (settings.aick,)
     assert depth_alone.made_with == (settings, learned.noise, learned.misalignment)
-    assert verified.made_with == (settings, aick, learned.noise, learned.misalignment,
-                                  steps.times, steps.detector)
+    assert refinement.made_with == (settings.refinement, settings.sensor, learned.noise,
+                                    learned.misalignment)
+    assert verified.made_with == (settings, aick, refinement, learned.noise, steps.times,
+                                  steps.detector)
+    assert tracked.made_with == (settings, refinement)
     assert steps.log == [('assume', settings.misalignment)]
 
 
@@ -304,11 +309,13 @@ def test_where_no_motion_is_expected_none_is_handed_on(steps, parts):
         assert given[2] is None
 
 
-def test_what_is_tracked_teaches_the_same(steps, parts):
+def test_what_is_tracked_teaches_the_same(steps, parts, clock):
     tracked, found = steps.registrar.track(steps.source, steps.target, EXPECTED)
-    given, = parts.asked('VerifiedAick', 'track')
+    given, = parts.asked('TrackedKeypoints', 'register')
     assert_given(given, steps)
     assert found == 'with systematic errors' and tracked.is_tracked
+    timing = steps.times.take()
+    assert timing['refinement'] == timing['total'] == 1000.0
     (source, target, expected, *_) = steps.added()[1]
     assert source is tracked and target is steps.target and expected is given[2]
     assert steps.samples() == ['a noise', SAMPLE, EQUATIONS]
@@ -352,7 +359,7 @@ def test_from_places_that_look_alike_nothing_is_learned(steps, parts):
 
 def test_without_a_refinement_aick_is_all(make, parts, clock):
     steps = make(UNREFINED)
-    assert 'VerifiedAick' not in parts.made
+    assert not {'Refinement', 'VerifiedAick', 'TrackedKeypoints'} & set(parts.made)
     for register in (lambda *views: steps.registrar.register(*views, EXPECTED),
                      steps.registrar.recognize):
         assert register(steps.source, steps.target) == 'by AICK alone'

@@ -14,7 +14,6 @@ from aick_ros.registration import stage_times
 from aick_ros.registration.aick.fit_covariance import fit_covariance
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import failed
 from aick_ros.registration.stage_times import StageTimes
@@ -43,14 +42,14 @@ class Steps:
     """A registrar of such parts, and two frames."""
 
     def __init__(self, parts, made):
-        parts.replace('verified_aick', 'Refinement', 'RepeatingSceneCheck', 'DynamicObjectCheck',
-                      'ApparentAcceleration', 'TrackedKeypoints', 'Aick', 'KeypointExtractor')
+        parts.replace('verified_aick', 'RepeatingSceneCheck', 'DynamicObjectCheck',
+                      'ApparentAcceleration', 'Aick', 'KeypointExtractor')
         self.parts, self.made = parts, made
         self.settings = with_values(Settings(), {'refinement.max_tracks': 100})
-        self.noise, self.misalignment = MeasuredNoise(), MisalignmentEstimate()
+        self.noise, self.refinement = MeasuredNoise(), parts.make('Refinement')
         self.times, self.detector, self.fast = StageTimes(), object(), SimpleNamespace()
         self.fast.align = lambda *args: parts.log.append(('fast', 'align', args)) or self.aligned
-        self.registrar = VerifiedAick(self.settings, self.fast, self.noise, self.misalignment,
+        self.registrar = VerifiedAick(self.settings, self.fast, self.refinement, self.noise,
                                       self.times, self.detector)
         self.target, self.source = made.prepared(1), made.prepared(
             2, twist=np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))
@@ -91,19 +90,13 @@ def assert_predicted(predicted, steps):
 
 
 def test_its_parts_share_one_refinement_of_the_camera(steps, parts):
-    refinement, = parts.made['Refinement']
-    assert refinement.made_with == (steps.settings.refinement, steps.settings.sensor,
-                                    steps.noise, steps.misalignment)
-    for name, made_with in (
-            ('RepeatingSceneCheck', (refinement, steps.settings.odometry)),
-            ('DynamicObjectCheck', (refinement, steps.settings)),
-            ('TrackedKeypoints', (steps.settings, refinement))):
+    for name, settings in (('RepeatingSceneCheck', steps.settings.odometry),
+                           ('DynamicObjectCheck', steps.settings)):
         (part,) = parts.made[name]
-        assert part.made_with[:2] == made_with
-        if name != 'TrackedKeypoints':
-            agreement, acceleration = part.made_with[2:]
-            assert agreement._noise is steps.noise
-            assert [acceleration] == parts.made['ApparentAcceleration']
+        assert part.made_with[:2] == (steps.refinement, settings)
+        agreement, acceleration = part.made_with[2:]
+        assert agreement._noise is steps.noise
+        assert [acceleration] == parts.made['ApparentAcceleration']
     (slow,), (extractor,) = parts.made['Aick'], parts.made['KeypointExtractor']
     assert slow.made_with == (
         dataclasses.replace(steps.settings.aick, alpha=0.93, iterations=60),)
@@ -362,15 +355,3 @@ def test_recognized_is_what_one_attempt_finds(steps, parts):
     predicted = EXPECTED.prediction(steps.source.twist)
     steps.registrar.recognize(steps.source, steps.target, predicted)
     assert parts.asked('Refinement', 'refine')[-1][3] is predicted
-
-
-def test_tracking_is_left_to_its_part(steps, parts, monkeypatch):
-    monkeypatch.setattr(stage_times, 'clock', Clock())
-    parts.answers['TrackedKeypoints', 'register'] = 'tracked', 'found'
-    found = steps.registrar.track(steps.source, steps.target, EXPECTED)
-    assert found == ('tracked', 'found')
-    (source, target, expected), = parts.asked('TrackedKeypoints', 'register')
-    assert source is steps.source and target is steps.target
-    assert expected is EXPECTED
-    timing = steps.times.take()
-    assert timing['refinement'] == timing['total'] == 1000.0
