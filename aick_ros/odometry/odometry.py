@@ -36,9 +36,10 @@ from aick_ros.odometry.repeated_images import RepeatedImages, repeated
 from aick_ros.odometry.tracking import Tracking
 from aick_ros.odometry.update import OdometryUpdate
 from aick_ros.odometry.velocity import Velocity
+from aick_ros.registration.learned import Learned
 from aick_ros.registration.preparation import Preparation
 from aick_ros.registration.refinement.misalignment import Misalignment
-from aick_ros.registration.registrar import Learned, Registrar
+from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings

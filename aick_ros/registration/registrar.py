@@ -6,41 +6,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from aick_ros.borders.records import replaced
 from aick_ros.borders.values import numbers, required
 from aick_ros.features.detector import Detector
-from aick_ros.frames.camera_clock import CameraClock
-from aick_ros.frames.depth_distortion import have_same_nodes
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.frames.repetition import Repeat, are_equal
+from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.common_distortion import CommonDistortion
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.last_results import LastResults
+from aick_ros.registration.learned import Learned
 from aick_ros.registration.preparation import Preparation, Preparer
-from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
-from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Misalignment
-from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
-from aick_ros.registration.refinement.new_views import NewViews
-from aick_ros.registration.refinement.problem import mean_depth_lag
 from aick_ros.registration.refinement.refinement import Refinement
-from aick_ros.registration.result import Measure, Registration, failed
+from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
-from aick_ros.registration.systematic_error import SystematicError
 from aick_ros.registration.tracked_keypoints import TrackedKeypoints
 from aick_ros.registration.unexpected_motion import NEAR_POSE, is_same
 from aick_ros.registration.verified_aick import VerifiedAick
@@ -56,19 +47,6 @@ _TARGETS = 2  # chosen: the keyframe, and what is tried where it fails
 _VIEWS = 8  # chosen: those beside a frame in the dark, which come and go
 
 _FORGOTTEN = 60  # registrations by keypoints after which surfaces for the dark go; chosen
-
-
-@dataclass(frozen=True)
-class Learned:
-    """Properties learned of a camera, whatever the settings: its clocks, noise and errors."""
-
-    colour_clock: CameraClock = field(default_factory=CameraClock)
-    depth_clock: CameraClock = field(default_factory=CameraClock)
-    noise: MeasuredNoise = field(default_factory=MeasuredNoise)
-    misalignment: MisalignmentEstimate = field(default_factory=MisalignmentEstimate)
-    systematic_error: SystematicError = field(default_factory=SystematicError)
-    distortion: DistortionEstimate = field(default_factory=DistortionEstimate)
-    views: NewViews = field(default_factory=NewViews)
 
 
 class Registrar:
@@ -145,8 +123,7 @@ class Registrar:
     def _up_to_date(self, preparation: Preparation) -> Preparation:
         """Return a preparation by what is known of the distortion of the image of its camera."""
         required(preparation, Preparation, 'the preparation')
-        self._learned.misalignment.follow(preparation.frame.camera)
-        self._learned.distortion.follow(preparation.frame.camera)
+        self._learned.follow(preparation.frame.camera)
         self._preparer.distortion = self._learned.distortion.distortion
         return preparation.up_to_date()
 
@@ -160,7 +137,7 @@ class Registrar:
     def _prepared(self, preparation: Preparation, keypoints: KeypointFrame,
                   surface: Surface | None, repeat: Repeat) -> PreparedFrame:
         frame = preparation.corrected()
-        return PreparedFrame(frame, keypoints, frame.grey, surface, self._depth_lag(frame),
+        return PreparedFrame(frame, keypoints, frame.grey, surface, self._learned.depth_lag(frame),
                              self._learned.colour_clock.jitter, repeat,
                              distortion=preparation.distortion)
 
@@ -186,7 +163,7 @@ class Registrar:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
         found = self._verified.register(source, target, expected, tracked)
-        return self._learned_from(found, source, target, expected)
+        return self._taught_by(found, source, target, expected)
 
     def brought(self, target: PreparedFrame, source: PreparedFrame) -> PreparedFrame:
         """Return the target as the source is registered to it: free of the same distortion."""
@@ -208,7 +185,7 @@ class Registrar:
         target = self._alike(target, source)
         with self._times.stage('refinement'):
             source, found = self._tracked_keypoints.register(source, target, expected)
-        return source, self._learned_from(found, source, target, expected)
+        return source, self._taught_by(found, source, target, expected)
 
     def contradicts(self, source: PreparedFrame, target: PreparedFrame,
                     T_target_source: np.ndarray) -> bool:
@@ -224,35 +201,13 @@ class Registrar:
         return aligned.status.ok and not is_same(aligned.T_target_source, T_target_source,
                                                  NEAR_POSE)
 
-    def _learned_from(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
-                      expected: ExpectedPose | None) -> Registration:
+    def _taught_by(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
+                   expected: ExpectedPose | None) -> Registration:
         """Learn from a registration; return it with the errors that it does not show itself."""
         self._note_light(found)
-        if source.repeat is not Repeat.NONE or are_equal(source.grey, target.grey):
-            # a repeated image shows no noise, or the same once more
-            found = replaced(found, bias=None, measure=None)
-        if found.measure is not None:
-            self._learn(found.measure, found.T_target_source, source, target)
-            found = replaced(found, measure=None)
-        delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)
-        return self._learned.systematic_error.add_to(
-            found, source, target, expected, delay, self._learned.misalignment.delay_sigma)
-
-    def _learn(self, measure: Measure, T_target_source: np.ndarray, source: PreparedFrame,
-               target: PreparedFrame) -> None:
-        """Learn what a registration shows of the camera."""
-        learned = self._learned
-        learned.noise.learn(measure.noise())
-        if not learned.views.add(target.stamp, T_target_source):
-            return
-        misalignment = measure.misalignment()
-        if misalignment is None:
-            return
-        learned.misalignment.learn(misalignment)
-        if (misalignment.with_distortion is not None
-                and have_same_nodes(source.frame.camera, target.frame.camera)):
-            learned.distortion.learn(misalignment.with_distortion)
-            self._preparer.distortion = learned.distortion.distortion
+        found = self._learned.learn(found, source, target)
+        self._preparer.distortion = self._learned.distortion.distortion
+        return self._learned.with_systematic_errors(found, source, target, expected)
 
     def _note_light(self, found: Registration) -> None:
         """Forget what the dark needed, some time after it."""
@@ -280,7 +235,7 @@ class Registrar:
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
-        return self._recognized(self._verified.recognize(source, target), source, target)
+        return self._learned.recognized(self._verified.recognize(source, target), source, target)
 
     def recognize_partly(self, source: PreparedFrame, target: PreparedFrame,
                          aligned: Registration) -> Registration:
@@ -295,13 +250,7 @@ class Registrar:
             return aligned
         target = self._alike(target, source)
         found = self._verified.recognize_partly(source, target, aligned)
-        return found if found.is_rough else self._recognized(found, source, target)
-
-    def _recognized(self, found: Registration, source: PreparedFrame,
-                    target: PreparedFrame) -> Registration:
-        """Return a registration that nothing is learned from, with its systematic errors."""
-        return self._learned.systematic_error.add_to(
-            replaced(found, bias=None, measure=None), source, target)
+        return found if found.is_rough else self._learned.recognized(found, source, target)
 
     def register_depth(self, source: PreparedFrame, target: PreparedFrame,
                        expected: PoseWithCovariance, unobserved: np.ndarray,
@@ -324,15 +273,6 @@ class Registrar:
             others = [replaced(view, prepared=self._beside_alike(view.prepared, source))
                       for view in others]
             return self._depth_alone.register(source, target, expected, unobserved, others)
-
-    def _depth_lag(self, frame: RgbdFrame) -> float:
-        """Return how much later than the colour image the depth image was taken [s]."""
-        depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
-        lag = seconds(frame.stamp, depth_stamp)
-        if self._learned.colour_clock.is_behind(frame.stamp):
-            return lag  # such a frame is not the next one: the clocks learn nothing from it
-        return (lag + self._learned.depth_clock.correct(depth_stamp)
-                - self._learned.colour_clock.correct(frame.stamp))
 
 
 def _require_frames(source: PreparedFrame, target: PreparedFrame) -> None:

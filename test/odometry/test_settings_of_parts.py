@@ -15,8 +15,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry import Odometry
 from aick_ros.registration import stage_times
+from aick_ros.registration.learned import Learned
 from aick_ros.registration.refinement.misalignment import Misalignment
-from aick_ros.registration.registrar import Learned
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings

@@ -10,9 +10,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry import Odometry
-from aick_ros.odometry.attempts import _expected
 from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.reference import Reference
@@ -97,14 +95,6 @@ def test_a_stamp_before_that_of_an_image_that_repeats_is_answered_as_ever(frames
     late = dataclasses.replace(frames[0][4], stamp=repeated.stamp - back)
     assert odometry.register_frame(late).status is Status.BAD_STAMP
     assert odometry.register_frame(frames[0][5]).status is Status.OK
-
-
-def test_errors_of_rounding_do_not_grow_along_expected_poses():
-    pose = se3.exp([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
-    pose[:3, :3] *= 1.0 + 1e-6
-    reference = Reference(None, PoseWithCovariance(pose))
-    expected = _expected(reference, reference, PoseWithCovariance(np.eye(4)))
-    np.testing.assert_allclose(expected[:3, :3] @ expected[:3, :3].T, np.eye(3), atol=1e-14)
 
 
 def test_a_search_waits_for_frames_that_are_registered_in_the_shortest_way(frames, monkeypatch):

@@ -14,8 +14,10 @@ from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, Depth
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.common_distortion import CommonDistortion
+from aick_ros.registration.expected_pose import ExpectedPose
+from aick_ros.registration.learned import Learned
 from aick_ros.registration.refinement.misalignment_equations import Equations
-from aick_ros.registration.registrar import Learned, Registrar
+from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
@@ -159,7 +161,7 @@ def test_registrations_compare_frames_with_the_same_distortion(frame, how, mode)
     target = registrar.prepare(frame)
     known.distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.02))  # 3 cm at 1.2 m
     source = registrar.prepare(dataclasses.replace(frame, stamp=6))
-    arguments = (np.eye(4), 0.03) if how == 'track' else ()
+    arguments = (ExpectedPose(np.eye(4), 0.03),) if how == 'track' else ()
     found = getattr(registrar, how)(source, target, *arguments)
     found = found[1] if how == 'track' else found
     assert found.status.ok

@@ -17,7 +17,8 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import RESTART_AFTER, seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.expected_pose import ExpectedPose
-from aick_ros.registration.registrar import Learned, Registrar
+from aick_ros.registration.learned import Learned
+from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
