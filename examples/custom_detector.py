@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from aick_ros import Features, Odometry, open_source
+from aick_ros import Features, InputError, Odometry, open_source
 
 RADIUS = 10
 
@@ -49,4 +49,7 @@ def main(path: str) -> None:
 if __name__ == '__main__':
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    main(sys.argv[1])
+    try:
+        main(sys.argv[1])
+    except InputError as error:  # says what is wrong, where, and what to do
+        sys.exit(str(error))

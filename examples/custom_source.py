@@ -16,7 +16,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from aick_ros import Camera, Odometry, RgbdFrame
+from aick_ros import Camera, InputError, Odometry, RgbdFrame
 
 
 def frames(path: str) -> Iterator[RgbdFrame]:
@@ -40,4 +40,7 @@ def main(path: str) -> None:
 if __name__ == '__main__':
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    main(sys.argv[1])
+    try:
+        main(sys.argv[1])
+    except (InputError, OSError, KeyError) as error:  # KeyError: an array that is missing
+        sys.exit(f'{sys.argv[1]}: {error}')

@@ -79,4 +79,7 @@ def main(path: str) -> None:
 if __name__ == '__main__':
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    main(sys.argv[1])
+    try:
+        main(sys.argv[1])
+    except InputError as error:  # says what is wrong, where, and what to do
+        sys.exit(str(error))

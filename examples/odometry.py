@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-from aick_ros import Odometry, open_source
+from aick_ros import InputError, Odometry, open_source
 
 
 def main(path: str) -> None:
@@ -28,4 +28,7 @@ def main(path: str) -> None:
 if __name__ == '__main__':
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    main(sys.argv[1])
+    try:
+        main(sys.argv[1])
+    except InputError as error:  # says what is wrong, where, and what to do
+        sys.exit(str(error))

@@ -11,14 +11,16 @@ usage: register_two_frames.py SOURCE [GAP]
 import sys
 from itertools import islice
 
-from aick_ros import Aick, KeypointExtractor, Registration, open_source, preset
+from aick_ros import Aick, InputError, KeypointExtractor, Registration, open_source, preset
 
 
 def register(path: str, gap: int = 5) -> Registration:
     """Return the pose of a frame in the frame ``gap`` before it."""
     settings = preset('paper-full')
     extractor = KeypointExtractor(settings.features, settings.sensor)
-    frames = islice(open_source(path).frames(), 0, gap + 1, gap)
+    frames = list(islice(open_source(path).frames(), 0, gap + 1, gap))
+    if len(frames) < 2:
+        raise InputError(f'{path} has no frame {gap} after its first: give a smaller GAP')
     target, source = map(extractor.extract, frames)
     return Aick(settings.aick).register(source, target)
 
@@ -26,5 +28,8 @@ def register(path: str, gap: int = 5) -> Registration:
 if __name__ == '__main__':
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    found = register(sys.argv[1], *map(int, sys.argv[2:]))
+    try:
+        found = register(sys.argv[1], *map(int, sys.argv[2:]))
+    except InputError as error:  # says what is wrong, where, and what to do
+        sys.exit(str(error))
     print(f'{found.status.value}: {found.reason}', found.T_target_source.round(4), sep='\n')

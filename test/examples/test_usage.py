@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""An example that is run without a recording says how it is used."""
+"""An example that is run without a recording, or with a wrong one, says what to do."""
 
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 EXAMPLES = sorted((Path(__file__).parents[2] / 'examples').glob('*.py'))
@@ -18,3 +19,30 @@ def test_without_arguments_the_usage_is_printed(example):
     assert ended.returncode == 1
     assert f'usage: {example.name} ' in ended.stderr
     assert 'Traceback' not in ended.stderr
+
+
+def sentence(*arguments):
+    """Return the one line with which an example ends."""
+    ended = subprocess.run([sys.executable, *map(str, arguments)], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout) == (1, '')
+    [line] = ended.stderr.splitlines()
+    return line
+
+
+@pytest.mark.parametrize('example', EXAMPLES, ids=lambda path: path.stem)
+def test_a_recording_that_is_missing_is_named_in_one_sentence(example, tmp_path):
+    line = sentence(example, tmp_path / 'none')
+    assert str(tmp_path / 'none') in line
+    assert 'does not exist' in line or 'No such file' in line
+
+
+def test_a_recording_that_is_too_short_for_the_gap_is_named():
+    line = sentence(EXAMPLES[0].with_name('register_two_frames.py'), 'synthetic:1', 100_000)
+    assert line == 'synthetic:1 has no frame 100000 after its first: give a smaller GAP'
+
+
+def test_an_array_that_is_missing_is_named(tmp_path):
+    np.savez(tmp_path / 'own.npz', k=np.eye(3))
+    line = sentence(EXAMPLES[0].with_name('custom_source.py'), tmp_path / 'own.npz')
+    assert line.startswith(f'{tmp_path}/own.npz: ')
+    assert 'depth' in line
