@@ -17,8 +17,12 @@ INTERRUPTED_BY_USER = 130
 PIPE_CLOSED = 141
 
 
-def of_reading(reading: Reading) -> int:
-    """Report what was wrong with a source that has been read, and return the exit code."""
+def of_reading(reading: Reading, is_untracked: bool = False) -> int:
+    """
+    Report what was wrong with a source that has been read, and return the exit code.
+
+    :param is_untracked: whether no frame of it was tracked, which has been said.
+    """
     code = of_damage(reading.damage)
     if reading.ended == INTERRUPTED:
         say('interrupted; the output is complete up to this point')
@@ -26,7 +30,7 @@ def of_reading(reading: Reading) -> int:
     if reading.ended != COMPLETE:
         say(reading.ended)
         return UNUSABLE_INPUT
-    return code
+    return UNUSABLE_INPUT if is_untracked else code
 
 
 def of_damage(damage: DamageLog) -> int:

@@ -30,3 +30,9 @@ def test_the_end_of_a_reading(capfd, ended, damaged, code, messages):
     lines = capfd.readouterr().err.splitlines()
     assert len(lines) == len(messages)
     assert all(line.startswith(f'aick: {message}') for line, message in zip(lines, messages))
+
+
+@pytest.mark.parametrize('ended, code', [(COMPLETE, 2), (INTERRUPTED, 130), ('broken', 2)])
+def test_a_reading_of_which_nothing_was_tracked(ended, code):
+    reading = SimpleNamespace(ended=ended, damage=DamageLog())
+    assert outcome.of_reading(reading, is_untracked=True) == code

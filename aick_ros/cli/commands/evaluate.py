@@ -72,7 +72,9 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
         with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as done:
             evaluation = evaluate_source(reading, settings, numbers, done, reading.damage)
         _write(evaluation, reading, recording, json, plots, export)
-    return outcome.of_reading(reading)
+    _say_what_is_missing(evaluation, recording)
+    return outcome.of_reading(
+        reading, is_untracked=say_if_untracked(recording.name, evaluation.records))
 
 
 def _write(evaluation: Evaluation, reading: Reading, recording: RgbdSource, json: str | None,
@@ -88,7 +90,10 @@ def _write(evaluation: Evaluation, reading: Reading, recording: RgbdSource, json
             write_json(json, {**evaluation.to_json(), 'ended': reading.ended,
                               'damaged_images': reading.damage.count})
         show(evaluation, on_stderr=json == STANDARD_OUTPUT)
-    say_if_untracked(recording.name, evaluation.records)
+
+
+def _say_what_is_missing(evaluation: Evaluation, recording: RgbdSource) -> None:
+    """Say which errors could not be measured, and why."""
     missing = [gap for gap, score in evaluation.pairs.items() if not score.count]
     if recording.ground_truth is not None and missing:
         say(without_pairs(recording.name, evaluation.frames, missing))

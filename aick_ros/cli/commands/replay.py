@@ -60,7 +60,7 @@ def replay(source: options.Source, out: Out = Path('runs'), preset: options.Pres
     with Reading(recording, limit) as reading:
         folder, summary = _run(reading, settings, out, json)
     _show(summary, folder, on_stderr=json == STANDARD_OUTPUT)
-    return outcome.of_reading(reading)
+    return outcome.of_reading(reading, is_untracked=not summary.tracked)
 
 
 def _run(reading: Reading, settings: Settings, out: Path,

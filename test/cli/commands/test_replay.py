@@ -208,7 +208,9 @@ def test_depth_in_a_wrong_unit_is_named(command, aick, recording, in_memory, mon
     source = in_memory([dataclasses.replace(frame, depth=1000 * frame.depth)
                         for frame in list(recording.frames(raise_damage))[:3]])
     monkeypatch.setattr(f'aick_ros.cli.commands.{command}.open_source', lambda *given: source)
-    told = aick(command, 'a source').err.splitlines()[-1]
+    outcome = aick(command, 'a source')
+    told = outcome.err.splitlines()[-1]
+    assert outcome.code == 2
     assert told.startswith('aick: no frame of in memory was tracked: too few keypoints')
     assert told.endswith('images of 32FC1 must be in metres, of 16UC1 in millimetres')
 
