@@ -16,6 +16,7 @@ from aick_ros.borders.bounded_json import bounded_json
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.cli.output.files import write_whole
+from aick_ros.cli.output.plot_folder import make_folder
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs.table import DONE, TABLE, VARIED, Cell, Row, table_bytes
 
@@ -37,7 +38,7 @@ class Results:
     Runs that have ended, those of earlier commands included.
 
     :param folder: it is made where it does not exist.
-    :raises InputError: where it cannot be made or read.
+    :raises InputError: where it cannot be made, written or read.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -45,10 +46,11 @@ class Results:
         self.folder, self.rows = folder, dict[Key, Row]()
         self._paths: dict[str, Key] = {}
         try:
-            (folder / 'runs').mkdir(parents=True, exist_ok=True)
+            make_folder(folder / 'runs', '--out')
             paths = sorted((folder / 'runs').glob(f'*/*/{ROW}'))
         except OSError as error:
-            raise InputError(f'cannot make the folder {folder}: {error.strerror}') from None
+            raise InputError(f'cannot read the folder {folder}: {error.strerror}; name another '
+                             'one with --out') from None
         for path in paths:
             row = _read(path)
             key = str(row['source']), str(row['variant'])

@@ -36,14 +36,15 @@ def make_folder(path: Path, option: str) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f'{option} {path}: cannot make the folder: {error.strerror}') from None
+        raise InputError(f'{option} {path}: cannot make the folder: {error.strerror}; '
+                         'name another folder') from None
     except RecursionError:  # of Path.mkdir
         raise InputError(f'{option} {path}: it has too many folders') from None
     try:
         try_to_write(path / 'file')
     except OSError as error:
-        raise InputError(f'{option} {path}: cannot write into the folder: {error.strerror}'
-                         ) from None
+        raise InputError(f'{option} {path}: cannot write into the folder: {error.strerror}; '
+                         'name another folder, or make room there') from None
 
 
 @contextmanager

@@ -125,7 +125,8 @@ def make_folder(parent: Path, source: str, started: datetime) -> Path:
         except OSError as error:
             if isinstance(error, FileExistsError) and path.is_dir():
                 continue
-            raise InputError(f'cannot make the folder {path}: {error.strerror}') from None
+            raise InputError(f'cannot make the folder {path}: {error.strerror}; name another one '
+                             'with --out') from None
         except RecursionError:  # of Path.mkdir
             raise InputError(f'cannot make the folder {path}: it has too many folders') from None
     return path

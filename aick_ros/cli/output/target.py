@@ -59,7 +59,7 @@ def check_parent(folder: Path, option: str) -> None:
         try_to_write(existing / 'file')
     except (OSError, ValueError, RuntimeError) as error:  # NUL in the name; a link to itself
         raise InputError(f'{option} {folder}: cannot make a folder in {existing}: '
-                         f'{reason_of(error)}') from None
+                         f'{reason_of(error)}; name another folder') from None
 
 
 def _check_inputs(path: Path, inputs: list[Path]) -> None:

@@ -138,4 +138,20 @@ def test_a_place_for_no_folder_is_named(tmp_path):
     (tmp_path / 'file').touch()
     with pytest.raises(InputError) as caught:
         Results(tmp_path / 'file')
-    assert str(caught.value) == f'cannot make the folder {tmp_path}/file: Not a directory'
+    assert str(caught.value) == (f'--out {tmp_path}/file/runs: cannot make the folder: Not a '
+                                 'directory; name another folder')
+
+
+def test_results_on_a_disk_that_cannot_be_written_are_rejected_before_the_runs(
+        tmp_path, monkeypatch):
+    """Whose folders are there, of an earlier fleet."""
+    Results(tmp_path).add(('1', 'a=1'), row('1'))
+
+    def fail(path, content):
+        raise OSError(errno.EROFS, 'Read-only file system', str(path))
+    monkeypatch.setattr(Path, 'write_bytes', fail)
+    with pytest.raises(InputError) as caught:
+        Results(tmp_path)
+    assert str(caught.value) == (
+        f'--out {tmp_path}/runs: cannot write into the folder: Read-only file system; name '
+        'another folder, or make room there')

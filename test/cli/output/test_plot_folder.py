@@ -45,7 +45,7 @@ def test_a_full_disk_is_found_before_the_work(tmp_path, full_disk):
     with pytest.raises(InputError) as raised, removed_if_empty(path):
         make_folder(path, '--plots')
     assert str(raised.value) == (f'--plots {path}: cannot write into the folder: No space left '
-                                 'on device')
+                                 'on device; name another folder, or make room there')
     assert list(tmp_path.iterdir()) == []
 
 

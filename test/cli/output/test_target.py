@@ -113,6 +113,7 @@ def test_a_place_for_folders_is_checked_without_making_it(tmp_path, full_disk):
             check_parent(tmp_path / name, '--out')
         assert f'--out {tmp_path / name}: cannot make a folder in ' in str(raised.value)
         assert reason in str(raised.value)
+        assert str(raised.value).endswith('; name another folder')
     assert sorted(os.listdir(tmp_path)) == ['file', 'link']
 
 
