@@ -79,6 +79,11 @@ class Watcher(Node):
         self._path = self.create_subscription(Path, 'path', self._take_path, _NEWEST)
         self._has_path = False
 
+    @property
+    def is_alone(self) -> bool:
+        """Whether the node has been heard and nobody publishes odom any more."""
+        return self.hears and not self.count_publishers(self.topic)
+
     def _take_odom(self, message: Odometry) -> None:
         stamp = to_stamp(message.header.stamp)
         self.frames += 1

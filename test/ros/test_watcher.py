@@ -104,6 +104,16 @@ def test_a_running_node_is_shown_until_ctrl_c(rig, start_node, view, all_frames,
             '/world/covariance/Ellipsoids3D:half_sizes'} <= found.keys()
 
 
+def test_a_limited_view_ends_with_the_node(rig, start_node, view):
+    node = start_node()
+    limited, log = view('limited.rrd', '--limit', '5')
+    rig.wait_until(lambda: 'odom_node is there: /odom is shown' in log.read_text(), log.read_text)
+    node.stop()
+    assert limited.wait(rig.patience) == 2
+    assert 'odom_node has ended: nobody publishes /odom any more' in log.read_text()
+    assert log.read_text().endswith('aick: 0 frames were shown\n')
+
+
 def test_remapped_topics_are_watched(ros_domain):
     heard = []
     observer = SimpleNamespace(add_health=lambda message, numbers: heard.append(message))

@@ -41,6 +41,7 @@ _MEMORY = 4_000_000_000  # [byte] of addresses; measured: 3.5 are used, with few
 _OPEN_FILES = 32  # chosen: it has 16, and with fewer rerun may abort
 _POLL_INTERVAL = 0.2  # [s]; chosen
 _PATIENCE = 5.0  # [s] without a message until a hint is printed; chosen
+_ABSENCE = 5.0  # [s] without a node until it has ended; chosen: it may be cleaned up and configured
 
 ViewSource = Annotated[str | None, typer.Argument(
     metavar='[SOURCE|RUN]', show_default=False,
@@ -114,13 +115,30 @@ def _watch(namespace: str, remaps: list[str], save: Path | None, web: bool,
     with (viewer('odom_node', save, web) as stream, Interruption() as interruption,
           watching(LiveView(stream), namespace, remaps) as (watcher, spin)):
         say('Ctrl-C ends')
-        hints = _hints(watcher)
-        while not (interruption.requested or spin.done()) and (
-                limit is None or watcher.frames < limit):
+        hints, ends = _hints(watcher), _ends(watcher, limit)
+        while not (interruption.requested or spin.done() or next(ends)):
             time.sleep(_POLL_INTERVAL)
             next(hints, None)
     say(f'{watcher.frames} frames were shown')
-    return outcome.DONE
+    is_in_vain = limit is not None and not watcher.frames and not interruption.requested
+    return outcome.UNUSABLE_INPUT if is_in_vain else outcome.DONE
+
+
+def _ends(watcher: Watcher, limit: int | None) -> Iterator[bool]:
+    """Yield whether the limit is reached, or never will be as the node has ended, each time."""
+    present = time.monotonic()
+    while limit is None:
+        yield False
+    while watcher.frames < limit:
+        now = time.monotonic()
+        present = present if watcher.is_alone else now
+        if now - present > _ABSENCE:
+            say(f'odom_node has ended: nobody publishes {watcher.topic} any more, so --limit '
+                f'{limit} is not reached')
+            break
+        yield False
+    while True:
+        yield True
 
 
 def _hints(watcher: Watcher) -> Iterator[None]:

@@ -236,3 +236,24 @@ def test_a_node_that_is_not_heard_is_hinted_at_once(monkeypatch, capfd, hears_af
                'ROS_DOMAIN_ID and namespace, and are its topics remapped (--remap)?')
     assert [line for _, line in said] == [missing] * hint + [there] * (hears_after < 99.0)
     assert all(time == pytest.approx(5.0, abs=0.11) for time, line in said if line == missing)
+
+
+@pytest.mark.parametrize('limit, gone, frames, end', [
+    (20, (2.0, 99.0), 15, 7.0), (20, (2.0, 6.5), 15, None), (10, (99.0, 99.0), 15, 1.0),
+    (None, (2.0, 99.0), 15, None)])
+def test_a_limited_view_ends_with_its_node(monkeypatch, capfd, limit, gone, frames, end):
+    """Five seconds after it, so that a node that is started again goes on; ten frames a second."""
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(view_module, 'time', SimpleNamespace(monotonic=lambda: clock.now))
+    watcher = SimpleNamespace(frames=0, is_alone=False, topic='/odom')
+    ends, ended = view_module._ends(watcher, limit), None
+    for step in range(100):
+        watcher.frames = min(step, frames)
+        watcher.is_alone = gone[0] <= step / 10 < gone[1]
+        if next(ends) and ended is None:
+            ended = step / 10
+        clock.now += 0.1
+    assert ended == (None if end is None else pytest.approx(end, abs=0.11))
+    said = capfd.readouterr().err
+    assert said == ('aick: odom_node has ended: nobody publishes /odom any more, so --limit 20 is '
+                    'not reached\n' if end == 7.0 else '')
