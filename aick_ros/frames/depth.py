@@ -15,6 +15,9 @@ from aick_ros.settings import SensorSettings
 LEAST_RISE = 0.1  # chosen
 """Ratio by which the inverse depth rises at least at the edge of another surface."""
 
+UNITS_OF_DEPTH = 'images of 32FC1 must be in metres, of 16UC1 in millimetres'
+"""End of the sentence about depth that is out of the range of the sensor."""
+
 _LEAST_SHARE = 0.01  # chosen: share of the pixels with depth that lie in the range of the sensor
 _STRIDE = 4  # chosen: every fourth row and column shows as much
 
@@ -52,8 +55,8 @@ def shortage(image: np.ndarray, sensor: SensorSettings) -> str:
     if np.mean((depths >= sensor.min_depth) & (depths <= sensor.max_depth)) >= _LEAST_SHARE:
         return ''
     return (f'depth is {median(depths):.3g} m in the median, outside of sensor.min_depth '
-            f'{sensor.min_depth:g} m to sensor.max_depth {sensor.max_depth:g} m: images of '
-            '32FC1 must be in metres, of 16UC1 in millimetres')
+            f'{sensor.min_depth:g} m to sensor.max_depth {sensor.max_depth:g} m: '
+            f'{UNITS_OF_DEPTH}')
 
 
 def nearer_beside(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,

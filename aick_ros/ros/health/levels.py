@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import Enum
 
+from aick_ros.frames.depth import UNITS_OF_DEPTH
+from aick_ros.registration.refinement.refined import CONTRADICTION
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.frame_statistics import WINDOW, Snapshot
@@ -26,6 +28,11 @@ _REMEDIES = {
                             'or more features.max_keypoints help',
     Status.MOTION_GATE: 'raise odometry.max_speed and odometry.max_turn_rate if the robot is '
                         'that fast',
+}
+
+_REMEDIES_OF_REASONS = {
+    CONTRADICTION: 'something that moves fills most of the view, or colour and depth are not of '
+                   'the same moment: synchronize the two images in the driver',
 }
 
 
@@ -54,18 +61,28 @@ def judge(frames: Snapshot, complaint: str, paused: bool,
     if complaint:
         return Level.ERROR if frames.silent_for > _SILENT_TOO_LONG else Level.WARN, complaint
     status = f'{frames.status.value}: {frames.reason}'
+    if frames.silent_for > _SILENT_TOO_LONG and _unanswered(frames):
+        return Level.ERROR, _joined(f'no odometry for {frames.silent_for:.0f} s: {status}', concern)
     if frames.lost_for:
-        remedy = _REMEDIES.get(frames.status)
-        sentence = f'{status}; {remedy}' if remedy else status
+        sentence = _joined(status, _remedy(frames), concern)
         if frames.lost_for > _LOST_TOO_LONG:
             return Level.ERROR, f'lost for {frames.lost_for:.0f} s: {sentence}'
         return Level.WARN, sentence
-    if frames.silent_for > _SILENT_TOO_LONG and _unanswered(frames):
-        return Level.ERROR, f'no odometry for {frames.silent_for:.0f} s: {status}'
-    concerns = list(filter(None, (*_concerns(frames), concern)))
+    concerns = _joined(*_concerns(frames), concern)
     if concerns:
-        return Level.WARN, '; '.join(concerns)
+        return Level.WARN, concerns
     return (Level.WARN, status) if frames.status.is_lost else (Level.OK, frames.status.value)
+
+
+def _joined(*sentences: str) -> str:
+    return '; '.join(filter(None, sentences))
+
+
+def _remedy(frames: Snapshot) -> str:
+    """Return what helps against a loss, '' where its reason says so itself."""
+    if frames.reason.endswith(UNITS_OF_DEPTH):
+        return ''
+    return _REMEDIES_OF_REASONS.get(frames.reason) or _REMEDIES.get(frames.status, '')
 
 
 def _unanswered(frames: Snapshot) -> bool:

@@ -9,12 +9,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aick_ros.frames.depth import shortage
 from aick_ros.frames.repetition import Repeat
+from aick_ros.registration.refinement.refined import CONTRADICTION
 from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.frame_statistics import Snapshot
 from aick_ros.ros.health.levels import Level, judge
+from aick_ros.settings.algorithm import SensorSettings
 
 
 def test_tracked_frames_are_ok(frames):
@@ -178,11 +181,11 @@ def test_rates_that_differ_are_different_numbers(frames):
     assert '30 of 30.4 frames per second are answered' in frames.judged()[1]
 
 
-def snapshot(status=Status.OK, lost_for=0.0, silent_for=0.1, **recent):
+def snapshot(status=Status.OK, lost_for=0.0, silent_for=0.1, reason='the reason', **recent):
     """Return 1000 frames of the last ten seconds, all answered, and other counts of them."""
     counts = Counter({Count.RECEIVED: 1000, Count.ANSWERED: 1000}
                      | {Count[name]: number for name, number in recent.items()})
-    return Snapshot(counts, counts, 10.0, status, 'the reason', lost_for, silent_for,
+    return Snapshot(counts, counts, 10.0, status, reason, lost_for, silent_for,
                     np.zeros(0), np.zeros(0), 0.0, {})
 
 
@@ -235,3 +238,36 @@ def test_internal_errors_are_counted_in_the_sentence():
     level, sentence = judge(snapshot(FAILED=7), 'no camera_info', False)
     assert level is Level.ERROR
     assert sentence.startswith('7 frames failed by a defect of this node')
+
+
+def test_a_reason_that_says_what_helps_gets_no_other_remedy():
+    """Of depth in a wrong unit, the lens is not covered."""
+    far = np.full((48, 64), 1500.0, np.float32)
+    reason = f'0 keypoints with depth, at least 12 are required: {shortage(far, SensorSettings())}'
+    _, sentence = judge(snapshot(Status.TOO_FEW_KEYPOINTS, 9.0, reason=reason), '', False)
+    assert sentence.endswith('images of 32FC1 must be in metres, of 16UC1 in millimetres')
+    reason = f'0 keypoints with depth: {shortage(np.full_like(far, np.nan), SensorSettings())}'
+    _, sentence = judge(snapshot(Status.TOO_FEW_KEYPOINTS, 9.0, reason=reason), '', False)
+    assert sentence.endswith('has depth; is the lens covered, the room dark, the wall blank, or '
+                             'everything beyond sensor.max_depth?')
+
+
+def test_frames_whose_depths_contradict_each_other_have_a_remedy_of_their_own():
+    _, sentence = judge(snapshot(Status.TOO_FEW_MATCHES, 9.0, reason=CONTRADICTION), '', False)
+    assert 'synchronize the two images' in sentence
+    assert 'frame rate' not in sentence
+
+
+def test_a_loss_hides_no_other_trouble():
+    level, sentence = judge(snapshot(Status.TOO_FEW_KEYPOINTS, 1.0), '', False, '/tf is late')
+    assert level is Level.WARN
+    assert sentence.endswith('sensor.max_depth?; /tf is late')
+
+
+def test_the_remedy_of_a_loss_ends_where_no_frame_is_answered_any_more():
+    """They are dropped, as transforms are late: the lens may be free again."""
+    frames = snapshot(Status.TOO_FEW_KEYPOINTS, lost_for=40.0, silent_for=30.0, ANSWERED=0)
+    level, sentence = judge(frames, '', False, '/tf is late')
+    assert level is Level.ERROR
+    assert sentence == ('no odometry for 30 s: too few keypoints with depth: the reason; '
+                        '/tf is late')
