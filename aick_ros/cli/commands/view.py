@@ -41,7 +41,7 @@ _MEMORY = 4_000_000_000  # [byte] of addresses; measured: 3.5 are used, with few
 _OPEN_FILES = 32  # chosen: it has 16, and with fewer rerun may abort
 _POLL_INTERVAL = 0.2  # [s]; chosen
 _PATIENCE = 5.0  # [s] without a message until a hint is printed; chosen
-_ABSENCE = 5.0  # [s] without a node until it has ended; chosen: it may be cleaned up and configured
+_ABSENCE = 5.0  # [s] without a node until it has ended; chosen: it may be configured anew
 
 ViewSource = Annotated[str | None, typer.Argument(
     metavar='[SOURCE|RUN]', show_default=False,

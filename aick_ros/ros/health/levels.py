@@ -62,7 +62,8 @@ def judge(frames: Snapshot, complaint: str, paused: bool,
         return Level.ERROR if frames.silent_for > _SILENT_TOO_LONG else Level.WARN, complaint
     status = f'{frames.status.value}: {frames.reason}'
     if frames.silent_for > _SILENT_TOO_LONG and _unanswered(frames):
-        return Level.ERROR, _joined(f'no odometry for {frames.silent_for:.0f} s: {status}', concern)
+        silence = f'no odometry for {frames.silent_for:.0f} s: {status}'
+        return Level.ERROR, _joined(silence, concern)
     if frames.lost_for:
         sentence = _joined(status, _remedy(frames), concern)
         if frames.lost_for > _LOST_TOO_LONG:
