@@ -18,6 +18,7 @@ import numpy as np
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.messages import png_jpeg, rtabmap_depth
+from aick_ros.messages.bit_depth import BitDepth
 from aick_ros.messages.depth_units import MILLIMETRES, to_metres, valid_metres
 from aick_ros.messages.rvl import decode_rvl
 
@@ -32,10 +33,11 @@ class CompressedImageMessage(Protocol):
     data: png_jpeg.ByteData
 
 
-def decode_colour(message: CompressedImageMessage) -> np.ndarray:
+def decode_colour(message: CompressedImageMessage, bits: BitDepth | None = None) -> np.ndarray:
     """
     Return the colour image in a message of the ``compressed`` transport.
 
+    :param bits: those of the camera, where its images have 16; None: it uses all of them.
     :returns: HxWx3 (red, green, blue) or HxW uint8.
     :raises InputError: where the data is damaged or holds depth.
     """
@@ -43,7 +45,7 @@ def decode_colour(message: CompressedImageMessage) -> np.ndarray:
     if 'compressedDepth' in message.format or encoding.strip() in ('16UC1', '32FC1'):
         raise InputError(f'the colour image has format {quoted(message.format)}, which is depth: '
                          'use the topic of the colour camera')
-    image = png_jpeg.decode_colour(message.data)
+    image = png_jpeg.decode_colour(message.data, bits)
     # image_transport names the channel order it stored; without a name it is that of the encoding
     if encoding.startswith('rgb') and 'compressed' in compression and 'bgr' not in compression:
         return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2RGB)

@@ -15,6 +15,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import stamp_to_seconds
 from aick_ros.messages import compressed_image, raw_image
+from aick_ros.messages.bit_depth import BitDepth
 from aick_ros.messages.depth_scaling import enlarge
 from aick_ros.messages.depth_to_colour import DepthToColour
 from aick_ros.messages.synchronizer import Pair
@@ -32,6 +33,7 @@ class FrameDecoder:
                  register_depth: str = 'register_depth') -> None:
         self._colour_name, self._depth_name = names
         self._register_depth = register_depth
+        self._bits = BitDepth()
         self._reprojections: dict[tuple[Camera, Camera, bytes], DepthToColour] = {}
 
     def decode(self, pair: Pair, camera: Camera) -> RgbdFrame:
@@ -78,14 +80,13 @@ class FrameDecoder:
 
     def _images(self, pair: Pair) -> tuple[np.ndarray, np.ndarray]:
         """Return colour, HxWx3 or HxW uint8, and depth, HxW float32 [m]."""
-        return (_decoded(self._colour_name, pair.colour_stamp, _decode_colour, pair.colour),
+        return (_decoded(self._colour_name, pair.colour_stamp, self._decode_colour, pair.colour),
                 _decoded(self._depth_name, pair.depth_stamp, _decode_depth, pair.depth))
 
-
-def _decode_colour(message: Any) -> np.ndarray:
-    if _is_raw(message):
-        return raw_image.decode_colour(message)
-    return compressed_image.decode_colour(message)
+    def _decode_colour(self, message: Any) -> np.ndarray:
+        if _is_raw(message):
+            return raw_image.decode_colour(message, self._bits)
+        return compressed_image.decode_colour(message, self._bits)
 
 
 def _decode_depth(message: Any) -> np.ndarray:

@@ -15,6 +15,7 @@ import numpy as np
 
 from aick_ros.borders.limits import MAX_PIXELS, MAX_SCANS, MAX_SIDE
 from aick_ros.errors import InputError
+from aick_ros.messages.bit_depth import BitDepth
 from aick_ros.messages.codec_messages import codecs_silenced
 
 if TYPE_CHECKING:
@@ -144,16 +145,17 @@ def _jpeg_size(content: bytes) -> tuple[int, int] | None:
     return None
 
 
-def decode_colour(data: ByteData) -> np.ndarray:
+def decode_colour(data: ByteData, bits: BitDepth | None = None) -> np.ndarray:
     """
     Return the colour image in PNG or JPEG data.
 
+    :param bits: those of the camera, where its images have 16; None: it uses all of them.
     :returns: HxWx3 (red, green, blue) or HxW uint8; 16 bits per channel are scaled to 8.
     :raises InputError: where the data cannot be decoded.
     """
     image = decode(data)
     if image.dtype == np.uint16:
-        image = to_8_bit(image)
+        image = to_8_bit(image if bits is None else bits.full_range(image))
     if image.ndim == 2:
         return image
     code = {3: cv2.COLOR_BGR2RGB, 4: cv2.COLOR_BGRA2RGB}[image.shape[2]]

@@ -19,6 +19,7 @@ import numpy as np
 
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
+from aick_ros.messages.bit_depth import BitDepth
 from aick_ros.messages.depth_units import MILLIMETRES, to_metres, to_units, valid_metres
 from aick_ros.messages.png_jpeg import ByteData, to_8_bit
 
@@ -90,10 +91,11 @@ DEPTH_ENCODINGS = tuple(_DEPTH)
 """Encodings that :func:`decode_depth` decodes."""
 
 
-def decode_colour(message: ImageMessage) -> np.ndarray:
+def decode_colour(message: ImageMessage, bits: BitDepth | None = None) -> np.ndarray:
     """
     Return the colour image in a message.
 
+    :param bits: those of the camera, where its images have 16; None: it uses all of them.
     :returns: HxWx3 (red, green, blue) or HxW uint8; a view of the message's data for rgb8
         and mono8, which changes with it.
     :raises InputError: where the fields contradict each other or the encoding is not of colour.
@@ -105,6 +107,8 @@ def decode_colour(message: ImageMessage) -> np.ndarray:
         raise InputError(f'the image is {message.width} pixels wide, and {message.encoding} '
                          'stores them in pairs: check the driver')
     pixels = _pixels(message, layout)
+    if bits is not None and layout.dtype == np.uint16:
+        pixels = bits.full_range(pixels)
     return pixels if layout.convert is None else layout.convert(pixels)
 
 

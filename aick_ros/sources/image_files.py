@@ -13,17 +13,19 @@ import numpy as np
 from aick_ros.borders.files import read_bytes
 from aick_ros.borders.limits import MAX_MESSAGE_BYTES
 from aick_ros.errors import InputError
+from aick_ros.messages.bit_depth import BitDepth
 from aick_ros.messages.png_jpeg import decode_colour, decode_units
 
 
-def read_colour(path: Path) -> np.ndarray:
+def read_colour(path: Path, bits: BitDepth | None = None) -> np.ndarray:
     """
     Read a PNG or JPEG file.
 
+    :param bits: those of the camera, where its images have 16; None: it uses all of them.
     :returns: HxWx3 (red, green, blue) or HxW uint8.
     :raises InputError: naming the file.
     """
-    return _read(path, decode_colour)
+    return _read(path, lambda content: decode_colour(content, bits))
 
 
 def read_units(path: Path) -> np.ndarray:

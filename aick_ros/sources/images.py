@@ -27,6 +27,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import MAX_STAMP, NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.messages.bit_depth import BitDepth
 from aick_ros.messages.depth_units import MILLIMETRES, to_metres
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
@@ -62,6 +63,7 @@ class ImagesSource:
                 raise InputError(f'{folder} has no frame-000000.{kind}.png: a folder of numbered '
                                  'images has both colour and depth')
         self._calibration = _find_camera(folder, options.camera)
+        self._bits = BitDepth()
 
     @cached_property
     def ground_truth(self) -> Trajectory | None:
@@ -92,7 +94,7 @@ class ImagesSource:
         path = self._files['color'][number]
         if number not in self._files['depth']:
             raise InputError(f'{path} has no frame-{number:06d}.depth.png beside it')
-        colour, depth = read_colour(path), read_units(self._files['depth'][number])
+        colour, depth = read_colour(path, self._bits), read_units(self._files['depth'][number])
         depth[depth == _NO_DEPTH] = 0
         if not isinstance(self._calibration, Camera):
             self._calibration = Camera.from_camera_info(colour.shape[1], colour.shape[0],

@@ -30,6 +30,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import MAX_STAMP
 from aick_ros.geometry.trajectory import (
     Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds)
+from aick_ros.messages.bit_depth import BitDepth
 from aick_ros.messages.depth_units import to_metres
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
@@ -74,6 +75,7 @@ class TumSource:
         colour = _read_list(folder, 'rgb.txt')
         depth = _read_list(folder, 'depth.txt')
         self._camera = _find_camera(folder, options.camera)
+        self._bits = BitDepth()
         self._skipped = colour.skipped + depth.skipped
         self._imu = read_accelerations(folder)
         self._pairs = _associate(colour.images, depth.images, options.max_interval)
@@ -110,7 +112,8 @@ class TumSource:
     def _read(self, pair: Pair, before: int | None) -> RgbdFrame:
         """Return the frame of a pair, with the accelerations since the stamp before."""
         path = self._folder / pair.colour
-        colour, depth = read_colour(path), read_units(self._folder / pair.depth)
+        colour = read_colour(path, self._bits)
+        depth = read_units(self._folder / pair.depth)
         try:
             return RgbdFrame(pair.colour_stamp, colour, to_metres(depth, UNITS_PER_METRE),
                              self._camera, pair.depth_stamp,

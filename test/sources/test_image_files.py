@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.messages.bit_depth import BitDepth
 from aick_ros.sources.image_files import read_colour, read_units
 
 PIXELS = np.random.default_rng(1).integers(0, 256, (6, 8, 3), np.uint8)
@@ -22,6 +23,12 @@ def test_colours_are_red_green_blue(tmp_path):
 def test_grey_stays_grey(tmp_path):
     cv2.imwrite(str(tmp_path / 'grey.png'), PIXELS[:, :, 0])
     np.testing.assert_array_equal(read_colour(tmp_path / 'grey.png'), PIXELS[:, :, 0])
+
+
+def test_grey_of_12_bits_is_as_bright_as_that_of_8(tmp_path):
+    cv2.imwrite(str(tmp_path / 'grey.png'), PIXELS[:, :, 0].astype(np.uint16) << 4)
+    grey = read_colour(tmp_path / 'grey.png', BitDepth())
+    np.testing.assert_allclose(grey.astype(float), PIXELS[:, :, 0], atol=1)
 
 
 def test_depth_is_in_the_unit_it_is_stored_in(tmp_path):
