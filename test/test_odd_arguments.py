@@ -105,7 +105,8 @@ OF_ANY_KIND = {
     'normalize': lambda value: CAMERA.normalize(value),
     'project': lambda value: CAMERA.project(value),
     'back_project': lambda value: CAMERA.back_project(np.ones((3, 2)), value),
-    'camera_info': lambda value: Camera.from_camera_info(4, 4, np.eye(3).ravel(), (), value),
+    'camera_info': lambda value: Camera.from_camera_info(
+        4, 4, (4, 0, 2, 0, 4, 2, 0, 0, 1), (), value),
     'with_values': lambda value: with_values(Settings(), value),
     'name of a parameter': lambda value: with_values(Settings(), {str(value): 1}),
     'preset': preset, 'open_source': open_source,

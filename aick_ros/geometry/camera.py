@@ -32,7 +32,10 @@ DISTORTION_MODELS = {
 _COEFFICIENTS = 12  # of a rational polynomial; behind them is the tilt of the sensor
 _POLYNOMIAL, _TILTED, _EQUIDISTANT = range(3)  # kinds of lenses, as the kernels number them
 _MAX_SKEW = 1.0  # px on the plane z = 1; chosen: a larger one displaces points by half a pixel
+_IDENTITY = 1.0, 1.0, 0.0, 0.0  # fx, fy, cx, cy of a matrix that nobody has filled in
 _SCALES = 0.0, 1.0  # of an intrinsic matrix; drivers that leave it out send 0
+_FEWEST_RAYS = 1 / 3  # share of pixels; chosen: wide lenses have 0.58, wrong coefficients 0.19
+_CHECKED = 9  # columns and rows of pixels that are checked for it; chosen
 _MAX_ROUND_TRIP_ERROR = 0.1  # px; chosen: a larger error means that undistortion failed
 _UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-9)  # chosen
 
@@ -109,6 +112,18 @@ class Camera:
             raise InputError(f'the distortion coefficients {self.distortion} are not all finite '
                              f'and at most {MAX_DISTORTION:g}: calibrate the camera')
 
+    def _check_lens(self) -> None:
+        """Reject coefficients with which most pixels have no ray in front of the camera."""
+        columns, rows = (np.linspace(0, side - 1, _CHECKED) for side in (self.width, self.height))
+        pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+        share = np.isfinite(self.normalize(pixels)[:, 0]).mean()
+        if share < _FEWEST_RAYS:
+            coefficients = ', '.join(f'{coefficient:g}' for coefficient in self.distortion)
+            raise InputError(
+                f'd of camera_info is [{coefficients}], with which only {share:.0%} of the pixels '
+                f'have a ray: check that it is in the order of {self.distortion_model} and '
+                'belongs to k, or calibrate the camera')
+
     @classmethod
     def from_camera_info(cls, width: int, height: int, k: Sequence[float],
                          d: Sequence[float] = (), distortion_model: str = '') -> Camera:
@@ -135,13 +150,18 @@ class Camera:
             raise InputError(f'k of camera_info is [{", ".join(f"{number:g}" for number in k)}]: '
                              'it must be fx, 0, cx, 0, fy, cy, 0, 0, 1, row by row; check the '
                              'driver')
+        if (k[0], k[4], k[2], k[5]) == _IDENTITY:
+            raise InputError('camera_info is not calibrated: its matrix is the identity; '
+                             'calibrate the camera or start its driver with a calibration file')
         model = required(distortion_model, str, 'distortion_model') or 'plumb_bob'
         distortion = tuple(d)
         if model == 'equidistant':
             distortion = distortion or (0.0,) * 4  # an equidistant projection all the same
         elif not any(distortion):
             distortion = ()
-        return cls(width, height, k[0], k[4], k[2], k[5], model, distortion)
+        camera = cls(width, height, k[0], k[4], k[2], k[5], model, distortion)
+        camera._check_lens()
+        return camera
 
     @property
     def matrix(self) -> np.ndarray:

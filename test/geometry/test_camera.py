@@ -293,3 +293,37 @@ def test_sizes_of_any_whole_number_are_those_of_int(size):
     assert dataclasses.replace(PINHOLE, width=size) == dataclasses.replace(PINHOLE, width=255)
     assert dataclasses.replace(PINHOLE, height=size) == dataclasses.replace(PINHOLE, height=255)
     hash(dataclasses.replace(PINHOLE, width=size, height=size))
+
+
+@pytest.mark.parametrize('width, height, f, model, d', [
+    (640, 480, 517.3, 'plumb_bob', (0.2624, -0.9531, -0.0054, 0.0026, 1.1633)),  # Kinect, TUM fr1
+    (512, 424, 365.0, 'plumb_bob', (0.0929, -0.2701, 0.0, 0.0, 0.0901)),  # Kinect One
+    (1280, 720, 900.0, 'plumb_bob', (0.16, -0.5, 0.0, 0.0, 0.46)),  # RealSense L515
+    (640, 480, 615.0, 'plumb_bob', (0.0,) * 5),  # RealSense D435
+    (1280, 720, 608.6, 'rational_polynomial',  # Azure Kinect, colour, and wide depth
+     (0.4626, -2.4699, 0.00099, 0.00018, 1.3996, 0.3402, -2.2881, 1.3272)),
+    (1024, 1024, 504.7, 'rational_polynomial', (5.2, 3.4, -5e-5, 8e-5, 0.179, 5.53, 5.06, 0.923)),
+    (1280, 720, 1012.0, 'rational_polynomial',  # OAK-D, and its wide lens
+     (-10.9, 65.8, 0.0012, -0.0004, -89.7, -11.06, 66.5, -91.8, *(0.0,) * 6)),
+    (1280, 800, 565.0, 'rational_polynomial',
+     (9.7, 2.3, 1e-4, 1e-4, 0.05, 10.1, 5.5, 0.44, *(0.0,) * 6)),
+    (640, 480, 280.0, 'plumb_bob', (-0.3, 0.09, 0.0, 0.0, -0.012)),  # 98 degrees
+    (848, 800, 286.0, 'equidistant', (-0.0065, 0.043, -0.041, 0.0077))])  # T265
+def test_lenses_of_real_cameras_are_accepted(width, height, f, model, d):
+    k = [f, 0.0, width / 2, 0.0, f, height / 2, 0.0, 0.0, 1.0]
+    assert Camera.from_camera_info(width, height, k, d, model).fx == f
+
+
+@pytest.mark.parametrize('d', [
+    (1000.0,) * 5, (-10.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1000.0, 0.0, 0.0),
+    (0.2624, -0.9531, 1.1633, -0.0054, 0.0026), (525.0, 525.0, 319.5, 239.5)])
+def test_coefficients_that_no_lens_has_are_named(d):
+    """Numbers that nobody has set, in another order, or those of k."""
+    with pytest.raises(InputError, match=r'^d of camera_info is \[.*\], with which only \d+% of '
+                       'the pixels have a ray: check that it is in the order of plumb_bob'):
+        Camera.from_camera_info(640, 480, K, d)
+
+
+def test_a_matrix_that_nobody_has_filled_in_is_not_calibrated():
+    with pytest.raises(InputError, match='not calibrated: its matrix is the identity; calibrate'):
+        Camera.from_camera_info(640, 480, np.eye(3).ravel())
