@@ -4,6 +4,7 @@
 """Visual odometry of one RGB-D camera: ros2 launch aick_ros odometry.launch.py camera:=...."""
 
 import atexit
+import os
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
@@ -72,9 +73,10 @@ def start_nodes(context):
         if camera:
             files.append(_written(camera))
     if argument('params_file'):
-        if not Path(argument('params_file')).is_file():
-            raise FileNotFoundError(f'params_file:={argument("params_file")} does not exist')
-        files.append(argument('params_file'))
+        file = os.path.expanduser(argument('params_file'))  # behind := no shell fills in ~
+        if not Path(file).is_file():
+            raise FileNotFoundError(f'params_file:={file} does not exist')
+        files.append(file)
     topics.update({name: argument(topic) for topic, (name, _) in TOPICS.items()
                    if argument(topic)})
     given = {name: _truth(name, argument(name)) if parameter.type is bool else argument(name)

@@ -158,6 +158,14 @@ def test_a_parameter_file_that_is_missing_is_named(launch):
         launch('odometry.launch.py', params_file='/none.yaml')
 
 
+def test_a_parameter_file_may_be_in_the_home_folder(launch, tmp_path, monkeypatch):
+    """As no shell fills in ~ behind :=."""
+    monkeypatch.setenv('HOME', str(tmp_path))
+    (tmp_path / 'mine.yaml').write_text('')
+    node = launch('odometry.launch.py', params_file='~/mine.yaml')['odom_node']
+    assert node.parameters[1] == str(tmp_path / 'mine.yaml')
+
+
 def test_a_parameter_file_comes_after_the_defaults(launch, tmp_path):
     file = tmp_path / 'parameters.yaml'
     file.touch()

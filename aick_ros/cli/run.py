@@ -40,7 +40,7 @@ def run(arguments: Sequence[str]) -> int:
     _prepare_streams()
     arguments = list(arguments) or ['--help']
     show_traceback = _TRACEBACK in arguments
-    command = [argument for argument in arguments if argument != _TRACEBACK]
+    command = [_with_home(argument) for argument in arguments if argument != _TRACEBACK]
     try:
         return _invoke(command)
     except InputError as error:
@@ -60,6 +60,14 @@ def run(arguments: Sequence[str]) -> int:
         return outcome.DEFECT
     finally:
         flush_output()
+
+
+def _with_home(argument: str) -> str:
+    """Return an option with its value where that begins with ~, which no shell fills in there."""
+    option, separator, value = argument.partition('=')
+    if not option.startswith('--') or not value.startswith('~'):
+        return argument
+    return f'{option}{separator}{os.path.expanduser(value)}'
 
 
 def _prepare_streams() -> None:

@@ -120,7 +120,9 @@ def vocabulary_of(settings: Settings) -> Vocabulary | None:
     name = settings.aick.vocabulary
     if not name:
         return None
-    vocabulary = load(SHIPPED / f'{name}{_SUFFIX}' if name in shipped() else Path(name))
+    # no shell fills in ~ in a parameter file
+    vocabulary = load(SHIPPED / f'{name}{_SUFFIX}' if name in shipped()
+                      else Path(os.path.expanduser(name)))
     if vocabulary.detector != settings.features.detector:
         raise InputError(
             f'the vocabulary {name} is of {vocabulary.detector} keypoints and features.detector '

@@ -105,6 +105,18 @@ def test_gaps_that_are_none(aick, gaps):
     assert '--gaps' in outcome.sentence
 
 
+def test_the_home_folder_is_filled_in_where_no_shell_does(aick, tmp_path, monkeypatch):
+    """As in --json=~/x; a folder of that name would be made, which to remove is dangerous."""
+    monkeypatch.setenv('HOME', str(tmp_path / 'home'))
+    (tmp_path / 'home').mkdir()
+    outcome = aick('simulate', 'room', '--frames', '1', '--format', 'tum')
+    assert outcome.code == 0
+    outcome = aick('replay', 'room', '--limit', '1', '--out=~/runs', '--json=~/x.json')
+    assert outcome.code == 0
+    assert sorted(os.listdir(tmp_path)) == ['home', 'room']
+    assert {'runs', 'x.json'} <= set(os.listdir(tmp_path / 'home'))
+
+
 def test_a_defect_is_ours_and_leaves_a_file_to_report(aick, monkeypatch, tmp_path):
     monkeypatch.setattr(replay_module, 'open_source', fail_with(ZeroDivisionError('by zero')))
     monkeypatch.setattr('tempfile.tempdir', str(tmp_path))

@@ -221,6 +221,13 @@ def test_a_vocabulary_is_a_file_unless_it_is_one_of_those_shipped(tmp_path, monk
     assert (found.learned_from == 'mine') is (name == 'words')
 
 
+def test_a_vocabulary_may_be_in_the_home_folder(tmp_path, monkeypatch):
+    """As no shell fills in ~ in a parameter file."""
+    monkeypatch.setenv('HOME', str(tmp_path))
+    (tmp_path / 'words').write_bytes(Vocabulary('orb', BINARY, 'mine').to_bytes())
+    assert vocabulary_of(settings(aick__vocabulary='~/words')).learned_from == 'mine'
+
+
 def test_pairs_are_those_under_the_closest_word():
     """By a loop over keypoints: each is compared with those that have its closest word."""
     words = Vocabulary('test', BINARY[:6])

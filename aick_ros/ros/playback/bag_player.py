@@ -216,7 +216,9 @@ def _arguments() -> argparse.Namespace:
     parser = _Parser(
         prog='bag_player', description='Play a ROS 2 bag over DDS with /clock. Topics are '
         'remapped by --ros-args -r /camera/rgb/image_raw:=/rgb/image')
-    parser.add_argument('bag', type=Path, help='folder of a ROS 2 bag')
+    # ~ is not filled in by the shell in bag:=~/bag of a launch file
+    parser.add_argument('bag', type=lambda name: Path(os.path.expanduser(name)),
+                        help='folder of a ROS 2 bag')
     parser.add_argument('--rate', type=float, default=1.0, help='playback rate (default 1)')
     parser.add_argument('--step', action='store_true', help='play one frame per Enter')
     parser.add_argument('--wait', type=float, default=10.0, metavar='S', help='longest '

@@ -365,6 +365,13 @@ def test_without_arguments_it_plays_as_recorded_and_waits_ten_seconds(monkeypatc
     assert (arguments.rate, arguments.wait, arguments.step) == (0.001, 0.0, True)
 
 
+def test_a_bag_may_be_in_the_home_folder(monkeypatch, tmp_path):
+    """As no shell fills in ~ in bag:=~/bag of the launch file."""
+    monkeypatch.setenv('HOME', str(tmp_path))
+    monkeypatch.setattr(sys, 'argv', ['bag_player', '~/bag'])
+    assert bag_player._arguments().bag == tmp_path / 'bag'
+
+
 @pytest.fixture
 def playing(player, monkeypatch):
     """Return a player whose images get their subscribers after some looks, and which is asked."""
