@@ -61,9 +61,9 @@ def _tiles(summary: RunSummary) -> Iterator[tuple[str, str]]:
     yield 'frames per second', f'{summary.frames_per_second:.0f}'
     score = summary.trajectory
     if score.ate_rmse_m is not None:
-        yield 'ATE', f'{100 * score.ate_rmse_m:.1f} cm'
+        yield 'ATE', f'{100 * score.ate_rmse_m:.2f} cm'
     if score.rpe_1s_translation_rmse_m is not None:
-        yield 'RPE over 1 s', f'{100 * score.rpe_1s_translation_rmse_m:.1f} cm'
+        yield 'RPE over 1 s', f'{100 * score.rpe_1s_translation_rmse_m:.2f} cm'
         yield 'RPE over 1 s', f'{score.rpe_1s_rotation_rmse_deg:.2f}°'
 
 

@@ -124,7 +124,8 @@ def _pose_to_set(message: PoseWithCovarianceStamped, odom_frame: str) -> PoseWit
     try:
         T_odom_base = from_pose(message.pose.pose)
     except ValueError as error:
-        raise InputError(f'{error}') from None
+        raise InputError(f'{error}; all numbers must be finite, and the quaternion not zero'
+                         ) from None
     covariance = np.reshape(message.pose.covariance, (6, 6))
     if not (np.abs(covariance) <= _LARGEST_COVARIANCE).all():  # comparisons with NaN are false
         raise InputError(f'its covariance is not finite, or more than {_LARGEST_COVARIANCE:g}')

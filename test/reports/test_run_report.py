@@ -118,7 +118,7 @@ def test_a_run_may_be_short(summary, records, ground_truth, count):
     assert ('Errors' in page) is ('Tracking' in page) is (count == 2)
     assert f'{"1 frame" if count == 1 else "2 frames"}, {(count - 1) / 30:.1f} s' in page
     assert '100 % frames tracked' in page
-    assert ('0.0 cm ATE' in page) == (count == 2)  # one pose is aligned to any other
+    assert ('0.00 cm ATE' in page) == (count == 2)  # one pose is aligned to any other
 
 
 def test_times_of_the_stages_are_those_of_the_records(summary, records):
@@ -159,8 +159,8 @@ def test_a_tile_has_each_figure_in_the_unit_of_its_label(summary):
     tiles = [(label, value) for value, label in re.findall(
         r'<b>(.*?)</b><span>(.*?)</span>', text)]
     assert tiles == [('frames tracked', '96.67 %'), ('path length', '12.35 m'),
-                     ('start to end', '0.68 m'), ('frames per second', '60'), ('ATE', '4.6 cm'),
-                     ('RPE over 1 s', '1.2 cm'), ('RPE over 1 s', '1.23°')]
+                     ('start to end', '0.68 m'), ('frames per second', '60'), ('ATE', '4.56 cm'),
+                     ('RPE over 1 s', '1.23 cm'), ('RPE over 1 s', '1.23°')]
 
 
 def test_pictures_are_of_this_run(monkeypatch, summary, records, ground_truth):

@@ -211,6 +211,7 @@ def test_a_pose_of_no_rotation_is_rejected(asked):
     assert asked.poses == []
     [(_, sentence)] = asked.log
     assert sentence.startswith('set_pose rejected: ')
+    assert sentence.endswith('; all numbers must be finite, and the quaternion not zero')
 
 
 # Of the whole node.
