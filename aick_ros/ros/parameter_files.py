@@ -15,6 +15,7 @@ from aick_ros.borders.yaml_text import parse_yaml
 from aick_ros.errors import InputError
 
 _WHAT = 'the parameters'
+_REMAPPINGS = 'remappings'  # of topics, in the files of config/cameras; by definition
 
 
 def check_parameter_files(argv: Sequence[str]) -> None:
@@ -22,10 +23,16 @@ def check_parameter_files(argv: Sequence[str]) -> None:
     Check parameter files before ROS reads them, whatever they are, to their end.
 
     :param argv: the arguments of the process.
-    :raises InputError: where one is missing, a pipe, a device, or too large.
+    :raises InputError: where one is missing, a pipe, a device, too large, or that of a camera.
     """
     for file in _files(argv):
         read_bytes(file, _WHAT, MAX_CONFIGURATION_BYTES)
+        content = _content(file)
+        if isinstance(content, dict) and _REMAPPINGS in content:
+            raise InputError(
+                f'{file} is the file of a camera, in which ROS cannot read {_REMAPPINGS}: start '
+                f'odometry.launch.py with camera:={file.stem}, or give topics with -r and the '
+                'rest in a file of its own')
 
 
 def warnings_of_files(argv: Sequence[str], node_name: str) -> Iterator[str]:

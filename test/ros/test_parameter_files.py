@@ -6,12 +6,16 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.errors import InputError
 from aick_ros.ros.parameter_files import check_parameter_files, warnings_of_files
+
+
+CAMERAS = Path(__file__).parents[2] / 'config' / 'cameras'
 
 
 @pytest.fixture
@@ -121,3 +125,11 @@ def test_each_program_ends_with_one_sentence(tmp_path, program):
     assert done.returncode == 2
     assert done.stdout + done.stderr == (
         f'{program}: cannot read the parameters {path}: it is not a regular file\n')
+
+
+@pytest.mark.parametrize('file', sorted(CAMERAS.glob('*.yaml')), ids=lambda file: file.stem)
+def test_the_file_of_a_camera_is_for_the_launch_file(file):
+    with pytest.raises(InputError) as caught:
+        check_parameter_files(['odom_node', '--ros-args', '--params-file', str(file)])
+    assert str(caught.value).startswith(f'{file} is the file of a camera')
+    assert f'camera:={file.stem}' in str(caught.value)
