@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 import yaml
 
+from aick_ros.settings import Settings
+from aick_ros.settings.parameter import values, with_values
+
 ROOT = Path(__file__).parents[1]
 CAMERAS = sorted((ROOT / 'config' / 'cameras').glob('*.yaml'))
 POLICY = ROOT / 'config' / 'sros2' / 'odom_node.policy.xml'
@@ -20,6 +23,14 @@ def test_each_camera_gives_all_topics_by_their_full_names(file):
     assert {'rgb/image', 'depth/image', 'rgb/camera_info'} <= set(remappings)
     assert all(topic.startswith('/') for topic in remappings.values())
     assert len(set(remappings.values())) == len(remappings)
+
+
+@pytest.mark.parametrize('file', CAMERAS, ids=lambda file: file.stem)
+def test_each_camera_gives_parameters_that_the_node_has(file):
+    content = yaml.safe_load(file.read_text())
+    given = content.get('/**', {}).get('ros__parameters', {})
+    settings = with_values(Settings(), given)
+    assert {name: values(settings)[name] for name in given} == given
 
 
 def test_rviz_shows_what_the_node_publishes():

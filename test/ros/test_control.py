@@ -263,6 +263,23 @@ def test_a_parameter_cannot_be_deleted(rig, start_node):
     assert result.reason == 'aick.alpha cannot be deleted: set it to another value'
 
 
+def test_requests_before_the_first_frame_are_those_of_its_pose(rig, start_node, frames):
+    """The last of them counts; to resume what is not paused changes nothing."""
+    node = start_node()
+    pub = rig.node.create_publisher(PoseWithCovarianceStamped, 'set_pose', 10)
+    rig.wait_until(pub.get_subscription_count, 'who takes a pose')
+    rig.call(Empty, '/odom_node/resume_odom')
+    for _ in range(2):
+        rig.call(Empty, '/odom_node/reset_odom')
+    node.wait_for_log('odometry reset')
+    pub.publish(pose_with_covariance(0, 'odom', se3.exp([5, 0, 0, 0, 0, 0.5]), np.eye(6)))
+    node.wait_for_log('pose set')
+    rig.send_camera_info(frames[0].camera)
+    rig.send(frames[0])
+    np.testing.assert_allclose(from_pose(rig.answer(frames[0].stamp).pose.pose),
+                               se3.exp([5, 0, 0, 0, 0, 0.5]), atol=1e-6)
+
+
 def test_reset_begins_at_the_origin(rig, start_node, frames):
     start_node()
     answers(rig, frames[:4])

@@ -14,7 +14,6 @@ from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.errors import InputError
 from aick_ros.ros.parameter_files import check_parameter_files, warnings_of_files
 
-
 CAMERAS = Path(__file__).parents[2] / 'config' / 'cameras'
 
 
