@@ -79,8 +79,7 @@ def start_nodes(context):
         files.append(file)
     topics.update({name: argument(topic) for topic, (name, _) in TOPICS.items()
                    if argument(topic)})
-    given = {name: _truth(name, argument(name)) if parameter.type is bool else argument(name)
-             for name, parameter in PARAMETERS.items() if argument(name)}
+    given = {name: _value(name, argument(name)) for name in PARAMETERS if argument(name)}
     clock = {'use_sim_time': _truth('use_sim_time', argument('use_sim_time'))}
     managed = _truth('lifecycle', argument('lifecycle'))
     # arguments are parameters of a node of this name: as /** they would lose to a file with it
@@ -104,6 +103,16 @@ def _written(parameters_of_nodes):
         yaml.safe_dump(parameters_of_nodes, file)
     atexit.register(Path(file.name).unlink, missing_ok=True)
     return file.name
+
+
+def _value(name, text):
+    """Return the value of a parameter; launch_ros reads text, but no list of 0 and 0.5."""
+    if PARAMETERS[name].type is bool:
+        return _truth(name, text)
+    numbers = yaml.safe_load(text) if PARAMETERS[name].type is tuple else None
+    if isinstance(numbers, list) and all(type(number) in (int, float) for number in numbers):
+        return [float(number) for number in numbers]
+    return text
 
 
 def _truth(name, text):

@@ -122,6 +122,13 @@ def test_the_extrinsic_may_be_given_as_the_list_it_is(launch):
         0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5)
 
 
+def test_the_numbers_of_a_list_need_no_point(launch, tmp_path):
+    """ROS reads no list of which some are whole: -p rejects it, launch_ros with a traceback."""
+    node = launch('odometry.launch.py', camera_in_base='[0, 0, 0.3, 0, 0, 0, 1]')['odom_node']
+    found = parameters_in_ros(node, tmp_path)['camera_in_base']
+    assert found == [0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0]
+
+
 @pytest.mark.parametrize('text, expected', [
     ('true', True), ('True', True), ('yes', True), ('1', True), ('on', True),
     ('false', False), ('no', False), ('0', False), ('off', False)])

@@ -235,7 +235,8 @@ def _report(rows: Sequence[Row], page: str, out: Path, json: str | None) -> None
 
 
 def _interrupted(left: int) -> int:
-    say(f'interrupted; {left} runs are left, the same command resumes')
+    are = 'run is' if left == 1 else 'runs are'
+    say(f'interrupted; {left} {are} left, the same command resumes')
     return outcome.INTERRUPTED_BY_USER
 
 

@@ -30,6 +30,8 @@ RCLError = rclpy_implementation.RCLError
 _Node = TypeVar('_Node', bound=Node)
 _Prepared = TypeVar('_Prepared')
 
+_REMEDIES = {'Sequence should be of same type':
+             '; write each number of the list with a point, as 0.0'}  # by what rcl says
 _UNUSABLE_INPUT = 2  # by definition, the exit code of every command of this package
 
 
@@ -118,7 +120,8 @@ def initialise(arguments: list[str] | None = None, ends_by_signals: bool = True)
             SignalHandlerOptions.ALL if ends_by_signals else SignalHandlerOptions.NO))
     except Exception as error:  # rcl's errors have no common base class
         what = 'the environment' if arguments == [] else 'these arguments'
-        raise InputError(f'ROS rejects {what}: {error}') from None
+        remedy = next((remedy for words, remedy in _REMEDIES.items() if words in str(error)), '')
+        raise InputError(f'ROS rejects {what}: {error}{remedy}') from None
 
 
 def _finish() -> None:

@@ -134,6 +134,13 @@ def test_an_interrupted_fleet_keeps_what_is_done(fleet, monkeypatch):
     assert len(fleet('--limit', '2')[1]) == 2
 
 
+@pytest.mark.parametrize('left, words', [(1, '1 run is left'), (3, '3 runs are left')])
+def test_what_is_left_is_counted(capfd, left, words):
+    assert fleet_module._interrupted(left) == 130
+    assert capfd.readouterr().err == (
+        f'aick: interrupted; {words}, the same command resumes\n')
+
+
 def test_depth_is_registered_in_the_processes_too(aick, scheduler, recordings, tmp_path):
     """Two cameras a hand apart: the figures are those of ``aick evaluate``, and of no other."""
     assert aick('convert', recordings / 'monday' / 'rendered', 'bag', '--limit', 4).code == 0

@@ -198,6 +198,11 @@ def test_what_ros_rejects_is_named(monkeypatch, arguments, ends, what):
     assert given == [{'args': arguments, 'signal_handler_options': options}]
 
 
+def test_a_list_of_whole_and_other_numbers_is_named_with_the_remedy():
+    with pytest.raises(InputError, match='; write each number of the list with a point, as 0.0$'):
+        program.initialise(['--ros-args', '-p', 'camera_in_base:=[0, 0, 0.3, 0, 0, 0, 1]'])
+
+
 def test_a_node_that_fails_because_ros_ends_is_no_input_error(graph):
     def make():
         rclpy.shutdown()
