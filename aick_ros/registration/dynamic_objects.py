@@ -7,11 +7,12 @@ Whether a motion is that of the camera, or of an object in front of it.
 A registration finds the motion that most keypoints share. Where a bus passes, most are on the
 bus: it appears to accelerate the camera by more than the motion model allows, the surfaces of the
 street behind it contradict the motion, or the street seems to be an object that moves by itself.
-Then the frame is registered once more without the keypoints of the first registration and the
-depth around them, from the pose at constant velocity. If keypoints and depth agree far better
-there, that is the motion of the camera. If many keypoints confirm each of the two, all evidence
-about them is added up. If not, and the first motion is sudden, the images decide between the two
-poses.
+If surfaces contradict the motion until a few keypoints and the depth around them are left out,
+those are on an object. Otherwise the frame is registered once more without the keypoints of the
+first registration and the depth around them, from the pose at constant velocity. If keypoints and
+depth agree far better there, that is the motion of the camera. If many keypoints confirm each of
+the two, all evidence about them is added up. If not, and the first motion is that of objects which
+have moved before, it is not believed; if it is sudden, the images decide between the two poses.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
-from aick_ros.registration.result import Evidence, Registration
+from aick_ros.registration.result import Evidence, Fit, Registration
 from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.two_motions import TwoMotions
 from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
@@ -42,6 +43,9 @@ _PRIOR_FACTORS = 5.0 / 3.0, 1.0
 
 _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
+_MOST = 0.5  # of the keypoints, that must be left without a small object
+_FEW_KNOWN = 0.3  # share of the keypoints of the scene that may be on what has moved before
+_LEAST_OF_SCENE = 0.1  # share of the points of depth that must be those of the scene
 _CERTAIN_SHARE = 0.25  # of the keypoints, for either of two motions: the images need no vote then
 _MAJORITY, _MINORITY = 0.6, 0.1
 """Share of the votes that the second pose needs: of a motion that is just sudden, and at least."""
@@ -77,16 +81,23 @@ class DynamicObjectCheck:
         if (source.surface is None or target.surface is None
                 or source.grey.shape != target.grey.shape):
             return found
-        sudden = suddenness(found.T_target_source, expected, self._sudden)
         is_contradicted = self._agreement.is_lost_by(found, target)
-        has_objects = found.fit is not None and found.fit.has_objects
-        if sudden <= 1.0 and not is_contradicted and not has_objects:
+        if is_contradicted:
+            found = self._without_small_objects(found, source, target)
+            is_contradicted = self._agreement.is_lost_by(found, target)
+        sudden = suddenness(found.T_target_source, expected, self._sudden)
+        if sudden <= 1.0 and not is_contradicted and not _has_moving(found.fit):
             return found
         rest = self._without_keypoints_of(found, source, target, expected.T_target_source)
         if is_contradicted and self._agreement.is_better_by(rest, found):
             near = self._of_all_near(rest, found, source, target)
             return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
                                 f'depth agrees with {len(near.tracked)} others')
+        return self._compared(found, rest, source, target, expected)
+
+    def _compared(self, found: Registration, rest: Refined, source: PreparedFrame,
+                  target: PreparedFrame, expected: ExpectedPose) -> Registration:
+        """Return the registration or the pose of the rest, by all that tells them apart."""
         motions = None if not rest.is_confirmed else TwoMotions.of(
             found, rest.applied_to(found, ''), expected.T_target_source,
             self._acceleration.sigmas(source.stamp, expected.elapsed))
@@ -97,11 +108,26 @@ class DynamicObjectCheck:
                                     f'{len(near.tracked)} others with the scene')
             if motions.weaker_share > _CERTAIN_SHARE:
                 return found
-        if sudden <= 1.0:
+        prior = PoseWithCovariance(expected.T_target_source, np.diag(
+            (0.5 * self._prior_sigmas * expected.elapsed ** 2) ** 2))
+        if _is_known(found.fit) and _is_of_scene(rest.fit):
+            return _with_prior(found, rest, prior,
+                               f'{found.support} keypoints are on what has moved before')
+        if _is_known(rest.fit) and not _is_known(found.fit):
             return found
-        return self._by_vote(found, rest, source, target, PoseWithCovariance(
-            expected.T_target_source,
-            np.diag((0.5 * self._prior_sigmas * expected.elapsed ** 2) ** 2)), sudden)
+        sudden = suddenness(found.T_target_source, expected, self._sudden)
+        return found if sudden <= 1.0 else self._by_vote(
+            found, rest, source, target, prior, sudden)
+
+    def _without_small_objects(self, found: Registration, source: PreparedFrame,
+                               target: PreparedFrame) -> Registration:
+        """Return a registration that depth contradicts, without the few keypoints it is due to."""
+        without = self._refinement.without_small_objects(source, target, found.T_target_source)
+        if (without.fit is None or not without.fit.has_objects
+                or len(without.tracked) < _MOST * found.support
+                or not self._agreement.is_better_by(without, found)):
+            return found
+        return without.applied_to(found, found.reason)
 
     def _of_all_near(self, rest: Refined, found: Registration, source: PreparedFrame,
                      target: PreparedFrame) -> Refined:
@@ -123,9 +149,7 @@ class DynamicObjectCheck:
             return _doubted(found, second.matrix, vote)
         reason = (f'{found.support} keypoints move by themselves, {vote.second:.0%} of the view '
                   'shows another motion')
-        return dataclasses.replace(
-            _of_the_rest(found, rest, reason), T_target_source=second.matrix,
-            covariance=second.covariance, systematic=np.zeros((6, 6)), evidence=Evidence.DEPTH)
+        return _with_prior(found, rest, prior, reason)
 
     def _without_keypoints_of(self, found: Registration, source: PreparedFrame,
                               target: PreparedFrame, expected: np.ndarray) -> Refined:
@@ -137,10 +161,11 @@ class DynamicObjectCheck:
         refined = self._refinement.refine(
             dataclasses.replace(source, keypoints=source.keypoints[rest]), target, expected, None,
             self._refinement.first_tracks.of_some(source, target, expected, rest), found.tracks)
-        if len(refined.tracked) < FEWEST_TO_CONFIRM:  # use the depth images alone
+        if (len(refined.tracked) < FEWEST_TO_CONFIRM
+                or _is_known(found.fit) and _is_known(refined.fit)):  # use the depth images alone
             refined = dataclasses.replace(self._refinement.refine(
-                dataclasses.replace(source, keypoints=source.keypoints[:0]), target, expected),
-                bias=None)
+                dataclasses.replace(source, keypoints=source.keypoints[:0]), target, expected,
+                None, None, found.tracks), bias=None)
         tracks = refined.tracked
         return dataclasses.replace(
             refined, tracked=dataclasses.replace(tracks, keypoints=rest[tracks.keypoints]))
@@ -157,6 +182,31 @@ def _of_the_rest(found: Registration, rest: Refined, reason: str) -> Registratio
     """Return a registration with the pose by other keypoints, from which nothing is learned."""
     return dataclasses.replace(rest.applied_to(found, reason), matches=found.matches[:0],
                                measure=None)
+
+
+def _with_prior(found: Registration, rest: Refined, prior: PoseWithCovariance,
+                reason: str) -> Registration:
+    """Return a registration with the pose of the rest and a prior, by few keypoints or none."""
+    pose = fuse(prior, PoseWithCovariance(rest.T_target_source, rest.covariance))
+    return dataclasses.replace(
+        _of_the_rest(found, rest, reason), T_target_source=pose.matrix,
+        covariance=pose.covariance, systematic=np.zeros((6, 6)), evidence=Evidence.DEPTH)
+
+
+def _has_moving(fit: Fit | None) -> bool:
+    """Return whether images show what moves by itself, or are believed to show it alone."""
+    return fit is not None and (fit.has_objects or fit.is_of_known_objects)
+
+
+def _is_known(fit: Fit | None) -> bool:
+    """Return whether a pose is that of what has moved before."""
+    return fit is not None and fit.is_of_known_objects
+
+
+def _is_of_scene(fit: Fit | None) -> bool:
+    """Return whether a pose is by what has not moved before."""
+    return (fit is not None and fit.known_share < _FEW_KNOWN
+            and fit.scene_share > _LEAST_OF_SCENE)
 
 
 def _is_for_second(vote: PoseVote, sudden: float) -> bool:

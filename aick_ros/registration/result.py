@@ -15,10 +15,13 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.geometry import definite
 from aick_ros.geometry.pose import PoseWithCovariance, unknown_covariance
+from aick_ros.registration.refinement.known_objects import FoundObjects
 from aick_ros.registration.refinement.measured_noise import NoiseSample
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.status import Status
+
+_MOSTLY_KNOWN = 0.7  # chosen: share of the tracks on objects that have moved before
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,15 +92,24 @@ class Fit:
     :param squared_errors: K, of the tracks that agree with it, in units of their variance.
     :param scene_share: share of the points of the depth image that are not on objects which move
         by themselves.
+    :param known_share: share of these tracks that are on objects which have moved before.
+    :param objects: that move, or have moved shortly before; None without any.
     """
 
     squared_errors: np.ndarray
     scene_share: float
+    known_share: float = 0.0
+    objects: FoundObjects | None = None
 
     @property
     def has_objects(self) -> bool:
         """Objects that move by themselves have been dropped."""
         return self.scene_share < 1.0
+
+    @property
+    def is_of_known_objects(self) -> bool:
+        """Most of the tracks are on objects that have moved before."""
+        return self.known_share > _MOSTLY_KNOWN
 
 
 class Evidence(Enum):

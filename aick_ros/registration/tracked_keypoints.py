@@ -61,10 +61,13 @@ class TrackedKeypoints:
             return source, failed(Status.TOO_FEW_MATCHES, CONTRADICTION)
         if not is_continued(refined.T_target_source, expected, self._sudden):
             return source, _rough(refined, f'{reason} show a sudden motion')
+        if refined.fit is not None and refined.fit.is_of_known_objects:
+            return source, _rough(refined, f'{reason} are on what has moved before')
         if len(tracks) < SHARE_TRACKED * sought:
             return source, _rough(refined, f'{reason}, of {sought}')
         source = replaced(source, is_tracked=True, keypoints=_keypoints(
             tracks, source, target.keypoints))
+        self._refinement.believe(source, target, refined.fit)
         return source, _registration(refined, reason)
 
 
@@ -80,7 +83,7 @@ def _registration(refined: Refined, reason: str) -> Registration:
         Status.OK, reason, refined.T_target_source, refined.covariance,
         np.array((rows, refined.tracked.keypoints)).T, 0, support=len(rows),
         bias=refined.bias, tracks=replaced(refined.tracked, keypoints=rows),
-        systematic=refined.systematic, measure=refined.measure)
+        systematic=refined.systematic, measure=refined.measure, fit=refined.fit)
 
 
 def _keypoints(tracks: Tracks, source: PreparedFrame, known: KeypointFrame) -> KeypointFrame:

@@ -106,6 +106,8 @@ class VerifiedAick:
             if checked is found:
                 checked = self._dynamic_objects.check(found, source, target, expected)
         self._acceleration.note(source.stamp, checked, expected)
+        if checked.status.ok:
+            self._refinement.believe(source, target, checked.fit)
         return checked
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame,

@@ -23,7 +23,7 @@ from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.registrar import Registrar
-from aick_ros.registration.result import Evidence
+from aick_ros.registration.result import Evidence, Fit
 from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
@@ -245,13 +245,16 @@ class Played:
         self.settings, self.opinion = Settings(), opinion()
         self.opinion._refinement = SimpleNamespace(
             refine=lambda *of: self.refined.append(of) or self.answers[len(self.refined) - 1],
+            without_small_objects=lambda *of: self.small.append(of) or self.without_small,
             refine_near=lambda *of: self.near.append(of) or self.nearer,
             first_tracks=SimpleNamespace(of_some=lambda *of: ('known tracks', *of)))
         self.near, self.nearer = [], self.answers[0]
+        self.small, self.without_small = [], made.refined(70)
         self.lost_by, self.better = [], []  # what agreement is asked for, and answers about it
         self.is_lost = False
         self.opinion._agreement = SimpleNamespace(
-            is_lost_by=lambda *of: self.lost_by.append(of) or self.is_lost,
+            is_lost_by=lambda *of: self.lost_by.append(of) or (
+                self.is_lost and of[0] is self.found),
             is_better_by=lambda *of: self.better.pop(0))
         self.source, self.target = (made.prepared(stamp, surface='a surface')
                                     for stamp in (2, 1))
@@ -334,7 +337,9 @@ def test_with_few_other_keypoints_the_depth_images_decide_alone(play, tracked, i
     assert len(played.refined) == 1 + is_by_depth
     assert checked.bias == (None if is_by_depth else 'bias 12')
     if is_by_depth:
-        source, target, pose = played.refined[1]
+        source, target, pose, _, tracks, moving = played.refined[1]
+        assert tracks is None  # none that are known
+        assert moving is played.found.tracks  # whose depth has no part
         assert len(source.keypoints) == 0 and source.frame is played.source.frame
         assert target is played.target and pose is EXPECTED
         assert checked.support == len(checked.tracks.keypoints) == 0
@@ -410,7 +415,7 @@ def test_where_depth_contradicts_keypoints_those_that_agree_with_it_decide(play,
     """However slow the motion is; all keypoints near the pose of the rest make it better."""
     played = contradicted(play, made, True, True, error=error)
     checked = played.check()
-    assert played.lost_by == [(played.found, played.target)] and not played.voted
+    assert played.lost_by == 2 * [(played.found, played.target)] and not played.voted
     (source, target, pose), = played.near
     assert source is played.source and target is played.target
     assert pose is played.answers[0].T_target_source
@@ -444,3 +449,53 @@ def test_a_motion_that_depth_does_not_contradict_is_not_refined_again(play, made
     played = contradicted(play, made)
     played.is_lost = False
     assert played.check() is played.found and not played.refined
+
+
+@pytest.mark.parametrize('count, has_objects, is_better, is_taken', [
+    (35, True, True, True), (34, True, True, False), (70, False, True, False),
+    (70, True, False, False)])
+def test_a_few_keypoints_that_depth_contradicts_a_motion_by_are_left_out(
+        play, made, count, has_objects, is_better, is_taken):
+    """If half of those found are left, and depth agrees far better with them."""
+    played = contradicted(play, made, *([is_better, False] if has_objects and count > 34
+                                        else [False]))
+    share = 0.9 if has_objects else 1.0
+    played.without_small = made.refined(count, fit=Fit(np.ones(count), share))
+    found = played.found
+    checked = played.check()
+    (source, target, pose), = played.small
+    assert source is played.source and target is played.target and pose is found.T_target_source
+    if is_taken:
+        assert checked.T_target_source is played.without_small.T_target_source
+        assert checked.reason == found.reason and checked.support == count
+    else:
+        assert checked is found
+
+
+def on_known_objects(play, made, share, rest, tracked=3):
+    """Return a check of a motion that objects explain which have moved before."""
+    played = play(tracked=(tracked, tracked))
+    played.answers = [dataclasses.replace(each, fit=rest) for each in played.answers]
+    played.found = dataclasses.replace(
+        played.found, T_target_source=se3.perturbed(EXPECTED, SLIGHTLY),
+        fit=Fit(np.ones(70), 1.0, share))
+    return played
+
+
+def test_the_motion_of_what_has_moved_before_is_not_believed(play, made):
+    """The pose of the rest replaces it, with that of the motion model: few keypoints show it."""
+    played = on_known_objects(play, made, 0.71, Fit(np.ones(3), 0.11, 0.29))
+    checked = played.check()
+    second = played.second(1)
+    np.testing.assert_allclose(checked.T_target_source, second.matrix, atol=1e-12)
+    np.testing.assert_allclose(checked.covariance, second.covariance, rtol=1e-9)
+    assert not played.voted and checked.evidence is Evidence.DEPTH and checked.measure is None
+    assert checked.reason == '70 keypoints are on what has moved before'
+
+
+@pytest.mark.parametrize('share, rest', [
+    (0.69, Fit(np.ones(3), 0.5)), (1.0, Fit(np.ones(3), 0.09)), (1.0, Fit(np.ones(3), 0.5, 0.31)),
+    (1.0, None)])
+def test_it_is_where_little_shows_another_motion(play, made, share, rest):
+    played = on_known_objects(play, made, share, rest)
+    assert played.check() is played.found

@@ -13,6 +13,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.result import Fit
 from aick_ros.registration.status import Status
 from aick_ros.registration.tracked_keypoints import TrackedKeypoints
 from aick_ros.settings import Settings
@@ -124,13 +125,17 @@ def test_nothing_is_tracked_without_a_refinement(rendered_views):
 class Back:
     """A refinement that tracks some keypoints back to a pose, and notes what it is given."""
 
-    def __init__(self, made, pose, tracked, known):
-        refined = made.refined(tracked, bias='a bias', measure='a measurement')
+    def __init__(self, made, pose, tracked, known, on_objects=0.0):
+        refined = made.refined(tracked, bias='a bias', measure='a measurement',
+                               fit=Fit(np.ones(tracked), 1.0, on_objects))
         rows = np.linspace(0, known - 1, tracked).astype(int)  # of the target's keypoints
         self.refined = dataclasses.replace(
             refined, T_target_source=pose,
             tracked=dataclasses.replace(refined.tracked, keypoints=rows))
-        self.given = []
+        self.given, self.believed = [], []
+
+    def believe(self, *of):
+        self.believed.append(of)
 
     def refine_back(self, *given):
         self.given.append(given)
@@ -140,9 +145,10 @@ class Back:
 @pytest.fixture
 def play(made):
     """Return the function that registers two frames by a refinement of known answers."""
-    def play(tracked=60, known=100, error=np.zeros(6), elapsed=LONG, settings=Settings()):
+    def play(tracked=60, known=100, error=np.zeros(6), elapsed=LONG, settings=Settings(),
+             on_objects=0.0):
         expected = made.pose()
-        play.back = Back(made, expected @ se3.exp(error), tracked, known)
+        play.back = Back(made, expected @ se3.exp(error), tracked, known, on_objects)
         play.views = (made.prepared(2, 0, twist=np.arange(1.0, 7.0)), made.prepared(1, known))
         play.expected = expected
         return TrackedKeypoints(settings, play.back).register(
@@ -171,7 +177,8 @@ def test_a_registration_has_all_that_was_refined(play):
     """Its matches are rows of the tracked keypoints and of those of the target."""
     source, found = play()
     refined = play.back.refined
-    for name in ('T_target_source', 'covariance', 'systematic', 'bias', 'measure'):
+    assert play.back.believed == [(source, play.views[1], refined.fit)]
+    for name in ('T_target_source', 'covariance', 'systematic', 'bias', 'measure', 'fit'):
         assert getattr(found, name) is getattr(refined, name)
     assert found.reason == '60 keypoints tracked from the keyframe' and found.support == 60
     np.testing.assert_array_equal(found.matches, np.column_stack([
@@ -207,6 +214,17 @@ def test_aick_may_confirm_a_pose_that_enough_keypoints_show(play, tracked, known
     pose = play.back.refined.T_target_source if is_rough else np.eye(4)
     np.testing.assert_array_equal(found.T_target_source, pose)
     assert np.isinf(np.diag(found.covariance)).all()
+
+
+@pytest.mark.parametrize('on_objects, is_found', [(0.69, True), (0.71, False)])
+def test_aick_has_to_decide_where_keypoints_are_on_what_has_moved_before(play, on_objects,
+                                                                         is_found):
+    source, found = play(on_objects=on_objects)
+    assert bool(play.back.believed) == is_found
+    assert found.status.ok == source.is_tracked == is_found and found.is_rough != is_found
+    if not is_found:
+        assert found.reason == ('60 keypoints tracked from the keyframe are on what has moved '
+                                'before')
 
 
 @pytest.mark.parametrize('error, elapsed, is_found', [

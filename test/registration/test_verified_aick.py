@@ -58,7 +58,7 @@ class Steps:
         parts.answers.update({
             ('Refinement', 'refine'): lambda *_: self.refined.pop(0),
             ('Refinement', 'refine_near'): lambda *_: self.refined.pop(0),
-            ('ApparentAcceleration', 'note'): None,
+            ('Refinement', 'believe'): None, ('ApparentAcceleration', 'note'): None,
             ('RepeatingSceneCheck', 'check'): lambda found, *_: found,
             ('DynamicObjectCheck', 'check'): lambda found, *_: found,
             ('Aick', 'register'): SLOW_FAILURE,
@@ -111,7 +111,8 @@ def test_what_aick_finds_is_refined_and_then_checked(steps, parts):
     assert_is_refined(found, aligned, refined)
     assert parts.order() == [
         ('fast', 'align'), ('Refinement', 'refine'), ('RepeatingSceneCheck', 'check'),
-        ('DynamicObjectCheck', 'check'), ('ApparentAcceleration', 'note')]
+        ('DynamicObjectCheck', 'check'), ('ApparentAcceleration', 'note'),
+        ('Refinement', 'believe')]
     assert parts.asked('fast', 'align') == [(steps.source.keypoints, steps.target.keypoints)]
     (source, target, pose, predicted), = parts.asked('Refinement', 'refine')
     assert source is steps.source and target is steps.target
@@ -130,7 +131,8 @@ def test_the_refinement_begins_at_a_pose_tracked_that_aick_confirms(steps, parts
     assert_is_refined(found, aligned, refined)
     assert parts.order() == [
         ('fast', 'align'), ('Refinement', 'refine_near'), ('RepeatingSceneCheck', 'check'),
-        ('DynamicObjectCheck', 'check'), ('ApparentAcceleration', 'note')]
+        ('DynamicObjectCheck', 'check'), ('ApparentAcceleration', 'note'),
+        ('Refinement', 'believe')]
     (source, target, pose, predicted), = parts.asked('Refinement', 'refine_near')
     assert source is steps.source and target is steps.target and pose is tracked
     assert_predicted(predicted, steps)
@@ -209,11 +211,12 @@ def test_a_likelier_pose_of_a_repeating_scene_is_not_checked_for_objects(steps, 
 
 
 def test_what_is_noted_is_the_pose_after_all_checks(steps, parts):
-    of_the_scene = steps.made.registration()
+    of_the_scene = steps.made.registration(fit='a fit')
     parts.answers['DynamicObjectCheck', 'check'] = of_the_scene
     assert steps.register() is of_the_scene
     (_, noted, expected), = parts.asked('ApparentAcceleration', 'note')
     assert noted is of_the_scene and expected is EXPECTED
+    assert parts.asked('Refinement', 'believe') == [(steps.source, steps.target, 'a fit')]
 
 
 def test_what_the_check_for_objects_finds_is_returned(steps, parts):

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,13 +12,14 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
-from aick_ros.registration.refinement import moving_objects
 from aick_ros.registration.refinement.estimate import Estimate, joint_estimate
+from aick_ros.registration.refinement.known_objects import Known
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
     NO_CORRECTION, NO_MISALIGNMENT, Correction, Misalignment)
 from aick_ros.registration.refinement.misalignment_equations import (
     MisalignmentSample, MovingPair, misalignment_sample)
+from aick_ros.registration.refinement.moving_objects import LEAST_SHARE, MovingObjects
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.residuals import (
@@ -47,28 +47,25 @@ class Problem:
                  noise: MeasuredNoise) -> None:
         self._source, self._target = source, target
         self._seen = self._all_tracks = self._tracks = tracks
-        self._kept = np.ones(len(tracks), bool)  # of all tracks, those of the scene
-        self._moving = np.zeros(len(tracks), bool)  # those on objects; others are beside them
-        self._objects = np.empty((0, 3))  # in the source: where other tracks show objects
         self._displacement = tracks.displacement(target.frame.camera.fx)
         is_joint = source.surface is not None and target.surface is not None
         self._choice = noise.points
-        self._points = self._all_points = (
-            None if source.surface is None else noise.points.of(source.surface))
+        points = None if source.surface is None else noise.points.of(source.surface)
         self._noise = noise.expected(self._displacement) if is_joint else Noise()
-        self._sparseness = 1 if self._points is None else max(
-            len(self._points.chosen) // _FIRST_POINTS, 1)
+        self._sparseness = 1 if points is None else max(len(points.chosen) // _FIRST_POINTS, 1)
         self._misalignment, self._twists = NO_MISALIGNMENT, np.zeros((2, 6))
         self._correction = NO_CORRECTION
         self._depth_rate = depth_rate(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
         self._settings = settings
         self._sensor = sensor
+        self._objects = MovingObjects(
+            len(tracks), points, source.frame.camera, self._ray_sigma, settings, sensor)
 
     def correct(self, misalignment: Misalignment, twist: np.ndarray | None,
                 pose: np.ndarray) -> None:
         """
-        Correct what both frames see by the misalignment of the camera, before objects are dropped.
+        Correct what both frames see by the misalignment of the camera.
 
         :param twist: body velocity of the source [m/s, rad/s]; where that of one frame is not
             known, both count as at rest.
@@ -83,54 +80,39 @@ class Problem:
         self._correction = Correction.of(
             misalignment, (lag, lag), self._twists,
             (self._source.frame.camera, self._target.frame.camera))
-        self._tracks = self._all_tracks = self._correction.tracks(
+        self._all_tracks = self._correction.tracks(
             self._seen, self._source, self._sensor, pose)
+        self._tracks = self._all_tracks[self._objects.kept]
 
-    def leave_out(self, moving: Tracks, pose: np.ndarray) -> None:
+    def begin_without(self, known: Known | None, others: Tracks | None, pose: np.ndarray) -> None:
         """
-        Leave out the depth of objects that move by themselves.
+        Leave out objects that move by themselves, if they are known.
 
-        :param moving: tracks on them that the problem does not have.
+        :param known: of the target. Where others are given these tracks may be left out, so that
+            those of the objects known are kept.
+        :param others: tracks on objects that the problem does not have.
         :param pose: ``T_target_source``, roughly.
         """
-        self._objects = moving_objects.places(moving, pose)
-        self._choose_points(self._objects)
+        if known is not None:
+            self._objects.recall(known, self._all_tracks, pose)
+        if others is not None:
+            self._objects.leave_out(others, self._all_tracks, pose)
+        elif known is not None:
+            self._objects.leave_out_known(self._all_tracks, pose)
+            self._tracks = self._all_tracks[self._objects.kept]
 
-    def leave_out_objects(self, pose: np.ndarray) -> bool:
+    def leave_out_objects(self, pose: np.ndarray, least_share: float = LEAST_SHARE) -> bool:
         """
         Leave out the objects that move by themselves.
 
         :param pose: ``T_target_source`` of the scene.
+        :param least_share: of the tracks that must be on objects.
         :returns: whether they are others than before.
         """
-        if self._all_points is None:
-            return False
-        tracks = self._all_tracks
-        errors = reprojection(tracks, pose, self._ray_sigma, self._settings.robust_width)
-        moving = moving_objects.on_objects(tracks, errors.weights[:len(tracks)] == 0.0)
-        if np.array_equal(moving, self._moving):
-            return False
-        self._moving, self._kept = moving, ~moving
-        of_objects = self._choose_points(np.vstack([
-            self._objects, moving_objects.places(tracks[moving], pose)]))
-        beside = moving_objects.are_beside(tracks, of_objects, self._source.frame.camera,
-                                           self._settings.track_window / 2)
-        if np.count_nonzero(self._kept & ~beside) >= FEWEST_TO_CONFIRM:
-            self._kept &= ~beside
-        self._tracks = tracks[self._kept]
-        return True
-
-    def _choose_points(self, objects: np.ndarray) -> np.ndarray:
-        """Take those points of depth that are not on objects; return the others, Nx3."""
-        every = self._all_points
-        if every is None:
-            return np.empty((0, 3))
-        points = every.points.take(every.chosen, axis=0)
-        kept = moving_objects.are_of_scene(
-            points, self._all_tracks.points[~self._moving], objects)
-        self._points = replace(every, chosen=every.chosen[kept])
-        left_out: np.ndarray = points[~kept]
-        return left_out
+        are_others = self._objects.search(self._all_tracks, pose, least_share)
+        if are_others:
+            self._tracks = self._all_tracks[self._objects.kept]
+        return are_others
 
     def step(self, pose: np.ndarray, coarse: bool) -> tuple[np.ndarray, np.ndarray]:
         """Return the pose after a Gauss-Newton step and the step; coarse: by keypoints, if any."""
@@ -163,23 +145,26 @@ class Problem:
                 measure = Measure(
                     partial(self._noise_shown_by, bias, pose, keypoints, depth, by_depth[0]),
                     partial(self._misalignment_shown_by, by_keypoints[0], by_depth[0], pose))
-        return Refined(joint, covariance, noise.bias, self._seen[self._kept][inliers],
+        agreeing = np.flatnonzero(self._objects.kept)[inliers]
+        return Refined(joint, covariance, noise.bias, self._seen[agreeing],
                        contradict(by_keypoints[1]), bias, measure,
-                       self._fit(by_keypoints[0], inliers))
+                       self._fit(by_keypoints[0], inliers, agreeing, joint))
 
-    def _fit(self, errors: Residuals, inliers: np.ndarray) -> Fit:
+    def _fit(self, errors: Residuals, inliers: np.ndarray, agreeing: np.ndarray,
+             pose: np.ndarray) -> Fit:
         """Return the fit of the tracks that agree, by the reprojection errors of all."""
         squares = np.square(errors.values.reshape(2, -1)).sum(axis=0)
-        share = 1.0
-        if self._points is not None and self._all_points is not None:
-            share = len(self._points.chosen) / max(len(self._all_points.chosen), 1)
-        return Fit(squares[inliers], share)
+        return Fit(squares[inliers], self._objects.scene_share,
+                   self._objects.known_share(agreeing),
+                   self._objects.found(self._all_tracks, agreeing, pose,
+                                       max(self._source.stamp, self._target.stamp)))
 
     def _misalignment_shown_by(self, keypoints: Residuals, depth: PlaneResiduals,
                                pose: np.ndarray) -> MisalignmentSample | None:
-        if self._points is None:
+        points = self._objects.surface
+        if points is None:
             return None
-        pair = MovingPair(self._source, self._target, self._points, pose, self._twists)
+        pair = MovingPair(self._source, self._target, points, pose, self._twists)
         return misalignment_sample(keypoints, depth, self._tracks, pair,
                                    1 / self._noise.keypoints, self._misalignment)
 
@@ -202,7 +187,7 @@ class Problem:
                 track_depth(self._tracks, pose, self._sensor, width)]
 
     def _of_depth(self, pose: np.ndarray, every: int = 1) -> list[PlaneResiduals]:
-        source, target = self._points, self._target.surface
+        source, target = self._objects.surface, self._target.surface
         if source is None or target is None:
             return []
         # the depth images may be more or less time apart than the colour images

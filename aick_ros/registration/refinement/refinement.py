@@ -16,17 +16,21 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.approach import Approach
 from aick_ros.registration.refinement.first_tracks import FirstTracks
+from aick_ros.registration.refinement.known_objects import KnownObjects
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
+from aick_ros.registration.refinement.moving_objects import LEAST_SHARE
 from aick_ros.registration.refinement.problem import Problem
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.tracks import Tracker, Tracks
+from aick_ros.registration.result import Fit
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 _COARSE_STEPS = 1  # chosen: iterations with wide robust weights, by the keypoints alone
 _ROUNDS = 3  # chosen: of leaving out objects that move by themselves, each from a better pose
 _SMALLEST_STEP = 2e-5  # m and rad; chosen: a smaller step ends the iteration
+_SMALL_SHARE = 0.05  # chosen: of the tracks, on objects that are sought if depth shows them
 _FEWEST_TO_IMPROVE = 7  # derived: if 3 of 7 are outliers, the other 4 still determine a pose
 _FEW_TRACKED = 0.5  # chosen: below this share keypoints are tracked again from the better pose
 _SMALL_ERROR = 0.2
@@ -56,6 +60,7 @@ class Refinement:
         self._approach = Approach(self._tracker, settings, sensor)
         self.first_tracks = FirstTracks(self._tracker, settings.max_tracks)
         """The tracks that refinements of the last source began with."""
+        self._known_objects = KnownObjects()
         self.count = 0
         """Number of problems solved so far."""
 
@@ -111,6 +116,18 @@ class Refinement:
         tracks = self._tracker.track(source, target, T_target_source, is_near=True)
         return self.refine(source, target, T_target_source, predicted, tracks)
 
+    def without_small_objects(self, source: PreparedFrame, target: PreparedFrame,
+                              T_target_source: np.ndarray) -> Refined:
+        """Return what :meth:`refine` does, without objects that few keypoints are on, too."""
+        tracks = self._tracker.track(source, target, T_target_source)
+        return self._solve(source, target, tracks, T_target_source, None,
+                           least_share=_SMALL_SHARE)
+
+    def believe(self, source: PreparedFrame, target: PreparedFrame, fit: Fit | None) -> None:
+        """Remember what moves by itself by a registration that is believed, by its fit."""
+        if fit is not None:
+            self._known_objects.note(source.stamp, target.stamp, fit.objects)
+
     def refine_back(self, source: PreparedFrame, target: PreparedFrame,
                     T_target_source: np.ndarray, predicted: Prediction | None = None) -> Refined:
         """
@@ -125,25 +142,25 @@ class Refinement:
 
     def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
                pose: np.ndarray, predicted: Prediction | None,
-               moving: Tracks | None = None) -> Refined:
+               moving: Tracks | None = None, least_share: float = LEAST_SHARE) -> Refined:
         self.count += 1
         problem = Problem(source, target, tracks, self._settings, self._sensor, self._noise)
         misalignment = self._misalignment.misalignment
         problem.correct(misalignment, source.twist, pose)
-        if moving is not None:
-            problem.leave_out(moving, pose)
+        problem.begin_without(self._known_objects.of(target.stamp), moving, pose)
         for i in range(self._settings.iterations - 1):
             pose, step = problem.step(pose, coarse=i < _COARSE_STEPS)
             if i == _COARSE_STEPS and predicted is not None:
                 problem.correct(misalignment, predicted.twist_with(pose), pose)
             if i > _COARSE_STEPS and np.abs(step).max() < _SMALLEST_STEP:
                 break
-        return problem.finish(self._without_objects(problem, pose))
+        return problem.finish(self._without_objects(problem, pose, least_share))
 
-    def _without_objects(self, problem: Problem, pose: np.ndarray) -> np.ndarray:
+    def _without_objects(self, problem: Problem, pose: np.ndarray,
+                         least_share: float) -> np.ndarray:
         """Return the pose by all but the objects that move by themselves, 4x4."""
         for _ in range(_ROUNDS):
-            if not problem.leave_out_objects(pose):
+            if not problem.leave_out_objects(pose, least_share):
                 break
             for _ in range(self._settings.iterations):
                 pose, step = problem.step(pose, coarse=False)

@@ -83,6 +83,13 @@ class Tracks:
         return Tracks(self.keypoints.take(rows), self.points.take(rows, axis=0),
                       self.rays.take(rows, axis=0), self.depths.take(rows), self.sigmas.take(rows))
 
+    def joined(self, others: Tracks) -> Tracks:
+        """Return these tracks and others."""
+        return Tracks(*(np.concatenate(both) for both in (
+            (self.keypoints, others.keypoints), (self.points, others.points),
+            (self.rays, others.rays), (self.depths, others.depths),
+            (self.sigmas, others.sigmas))))
+
 
 class Tracker:
     """

@@ -11,7 +11,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement import moving_objects
+from aick_ros.registration.refinement.problem import Problem
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
@@ -65,7 +65,7 @@ def test_neither_its_keypoints_nor_its_depth_have_a_part(views, monkeypatch):
     assert found.fit.has_objects
     assert 1.0 - 2.0 * share_hidden < found.fit.scene_share < 1.0 - 0.5 * share_hidden
     assert len(found.fit.squared_errors) == len(found.tracked)
-    monkeypatch.setattr(moving_objects, '_LEAST_SHARE', 2.0)
+    monkeypatch.setattr(Problem, 'leave_out_objects', lambda *_: False)
     with_it = refined(views)
     assert not with_it.fit.has_objects
     assert error(with_it, views) > 3.0 * error(found, views)
@@ -75,7 +75,7 @@ def test_the_depth_of_an_object_whose_tracks_others_know_has_no_part(views, monk
     """As where its keypoints are not asked for."""
     source, target, truth = views
     everything = refined(views)
-    monkeypatch.setattr(moving_objects, '_LEAST_SHARE', 2.0)
+    monkeypatch.setattr(Problem, 'leave_out_objects', lambda *_: False)
     of_board = source.keypoints.positions[:, 2] < NEAR + 0.1
     bare = dataclasses.replace(source, keypoints=source.keypoints[np.flatnonzero(~of_board)])
     settings = Settings()

@@ -12,6 +12,7 @@ from aick_ros.geometry import se3
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
+from aick_ros.registration.refinement.moving_objects import LEAST_SHARE
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
@@ -58,6 +59,7 @@ class Played:
         self.log, self._counts, self._tracked = [], list(counts), list(tracked)
         self._steps, self._most, self._last = steps, most, last
         self.objects = []  # whether others are left out each time, until none are
+        self.shares = []  # the least one of the tracks, each time
         module = 'aick_ros.registration.refinement.refinement'
         monkeypatch.setattr(f'{module}.Tracker', self._make_tracker)
         monkeypatch.setattr(f'{module}.Problem', self._make_problem)
@@ -71,7 +73,7 @@ class Played:
         self.refinement = Refinement(self.settings.refinement, self.settings.sensor, self.noise,
                                      self.misalignment)
         self.source, self.target = (Frame(
-            keypoints=range(80), twist=np.full(6, twist),
+            stamp=round(10 * twist), keypoints=range(80), twist=np.full(6, twist),
             frame=SimpleNamespace(camera=SimpleNamespace(fx=FOCAL_LENGTH)))
             for twist in (0.1, 0.2))
 
@@ -90,8 +92,9 @@ class Played:
         self._number = -1
         return SimpleNamespace(
             step=self._step, finish=self._finish,
-            leave_out=lambda *of: self.log.append(('leave out', *of)),
-            leave_out_objects=lambda pose: self.objects.pop(0) if self.objects else False,
+            begin_without=lambda *of: self.log.append(('begin without', *of)),
+            leave_out_objects=lambda pose, share: (
+                self.shares.append(share) or bool(self.objects) and self.objects.pop(0)),
             correct=lambda *by: self.log.append(('correct', *by)))
 
     def _step(self, pose, coarse):
@@ -129,7 +132,7 @@ def test_a_pose_takes_a_coarse_step_and_then_fine_ones_and_the_last_ends_it(play
     played = play()
     found = played.refinement.refine(played.source, played.target, FIRST)
     assert played.kinds() == [
-        'track', 'problem', 'correct', *(ITERATIONS - 1) * ['step'], 'finish']
+        'track', 'problem', 'correct', 'begin without', *(ITERATIONS - 1) * ['step'], 'finish']
     assert [coarse for _, coarse in played.asked('step')] == [True, *(ITERATIONS - 2) * [False]]
     for number, (pose, _) in enumerate(played.asked('step')):
         np.testing.assert_allclose(pose, after(number * [STEP]), atol=1e-12)
@@ -156,7 +159,8 @@ def test_the_velocity_is_that_to_the_pose_once_it_is_roughly_known(play):
     played = play()
     predicted = SimpleNamespace(twist_with=lambda pose: ('twist with', pose))
     played.refinement.refine(played.source, played.target, FIRST, predicted)
-    assert played.kinds()[:6] == ['track', 'problem', 'correct', 'step', 'step', 'correct']
+    assert played.kinds()[:7] == ['track', 'problem', 'correct', 'begin without', 'step', 'step',
+                                  'correct']
     _, (misalignment, (_, of), pose) = played.asked('correct')
     assert misalignment is played.misalignment.misalignment and of is pose
     np.testing.assert_allclose(pose, after(2 * [STEP]), atol=1e-12)
@@ -247,11 +251,23 @@ def test_steps_are_made_again_each_time_other_objects_are_left_out(monkeypatch, 
     np.testing.assert_allclose(finished, se3.perturbed(steps[-1][0], small), atol=1e-12)
 
 
-def test_depth_near_what_moves_is_left_out_from_the_first_pose_on(monkeypatch):
+def test_what_moves_is_left_out_from_the_first_pose_on(monkeypatch):
+    """What is known of the target, and the depth near tracks that the caller has."""
     played = Played(monkeypatch)
     moving = PlayedTracks(3)
+    played.refinement._known_objects = SimpleNamespace(of={2: 'known'}.get)
     played.refinement.refine(played.source, played.target, FIRST, moving=moving)
-    (left_out, pose), = played.asked('leave out')
-    assert left_out is moving and pose is FIRST
+    (known, left_out, pose), = played.asked('begin without')
+    assert known == 'known' and left_out is moving and pose is FIRST
     kinds = played.kinds()
-    assert kinds.index('correct') < kinds.index('leave out') < kinds.index('step')
+    assert kinds.index('correct') < kinds.index('begin without') < kinds.index('step')
+
+
+def test_small_objects_are_sought_where_the_caller_asks_for_them(monkeypatch):
+    """Of a twentieth of the tracks; otherwise of a fifth."""
+    played = Played(monkeypatch, counts=(60, 60), tracked=(60, 60))
+    played.refinement.refine(played.source, played.target, FIRST)
+    assert set(played.shares) == {LEAST_SHARE}
+    played.shares.clear()
+    played.refinement.without_small_objects(played.source, played.target, FIRST)
+    assert set(played.shares) == {0.05}
