@@ -45,7 +45,7 @@ _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
 _MOST = 0.5  # of the keypoints, that must be left without a small object
 _FEW_KNOWN = 0.3  # share of the keypoints of the scene that may be on what has moved before
-_LEAST_OF_SCENE = 0.1  # share of the points of depth that must be those of the scene
+_LEAST_OF_SCENE = 0.02  # share of the points of depth that must be those of the scene
 _CERTAIN_SHARE = 0.25  # of the keypoints, for either of two motions: the images need no vote then
 _MAJORITY, _MINORITY = 0.6, 0.1
 """Share of the votes that the second pose needs: of a motion that is just sudden, and at least."""
@@ -89,7 +89,8 @@ class DynamicObjectCheck:
         if sudden <= 1.0 and not is_contradicted and not _has_moving(found.fit):
             return found
         rest = self._without_keypoints_of(found, source, target, expected.T_target_source)
-        if is_contradicted and self._agreement.is_better_by(rest, found):
+        if (is_contradicted and not _has_moved_before(rest.fit, found.fit)
+                and self._agreement.is_better_by(rest, found)):
             near = self._of_all_near(rest, found, source, target)
             return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
                                 f'depth agrees with {len(near.tracked)} others')
@@ -113,7 +114,7 @@ class DynamicObjectCheck:
         if _is_known(found.fit) and _is_of_scene(rest.fit):
             return _with_prior(found, rest, prior,
                                f'{found.support} keypoints are on what has moved before')
-        if _is_known(rest.fit) and not _is_known(found.fit):
+        if _has_moved_before(rest.fit, found.fit):
             return found
         sudden = suddenness(found.T_target_source, expected, self._sudden)
         return found if sudden <= 1.0 else self._by_vote(
@@ -194,13 +195,18 @@ def _with_prior(found: Registration, rest: Refined, prior: PoseWithCovariance,
 
 
 def _has_moving(fit: Fit | None) -> bool:
-    """Return whether images show what moves by itself, or are believed to show it alone."""
+    """Return whether images show objects that move, or a pose is that of what has moved before."""
     return fit is not None and (fit.has_objects or fit.is_of_known_objects)
 
 
 def _is_known(fit: Fit | None) -> bool:
     """Return whether a pose is that of what has moved before."""
     return fit is not None and fit.is_of_known_objects
+
+
+def _has_moved_before(fit: Fit | None, other: Fit | None) -> bool:
+    """Return whether a pose is that of what has moved before, and another one is not."""
+    return _is_known(fit) and not _is_known(other)
 
 
 def _is_of_scene(fit: Fit | None) -> bool:

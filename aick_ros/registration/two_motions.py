@@ -7,7 +7,8 @@ Which of two motions is that of the camera, where two frames show both.
 Of a scene with an object that moves by itself some keypoints confirm one pose, and the others
 another one. Each has its own depth that agrees with it. The camera has not moved suddenly; more
 keypoints and more of the surfaces are on the scene than on an object, as a rule; and an object
-hides a part of the scene, which is farther. None of that is certain, so the evidence is added up.
+hides a part of the scene, which is farther; what has moved shortly before may move still. None of
+that is certain, so the evidence is added up.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ _LEAST_SHARE = 0.15  # chosen: of the keypoints that confirm one alone, for the 
 _SUDDEN, _LARGEST_DIFFERENCE = 1.2, 24.0  # of squared deviations from the motion expected
 _KEYPOINTS, _SURFACES, _THREE_TIMES = 0.8, 0.4, math.log(3.0)
 _TWICE_AS_FAR = 1.0
+_KNOWN = 1.5  # all keypoints of one of them on what has moved before
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,7 @@ class TwoMotions:
             + _SUDDEN * min(max(suddenness / _LARGEST_DIFFERENCE, -1.0), 1.0)
             + _KEYPOINTS * math.log(counts[1] / counts[0]) / _THREE_TIMES
             + _SURFACES * math.log(_share(second.fit) / _share(first.fit)) / _THREE_TIMES
+            + _KNOWN * (first.fit.known_share - second.fit.known_share)
             + _TWICE_AS_FAR * math.log2(depths[1] / depths[0])))
 
     @property

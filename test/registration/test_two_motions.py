@@ -80,6 +80,12 @@ def test_the_larger_part_of_the_surfaces_is_evidence(poses):
     assert apart.motions().evidence == pytest.approx(0.4)
 
 
+def test_what_has_moved_before_is_no_scene(poses):
+    moved = Fit(np.full(40, 0.5), 0.6, known_share=1.0)
+    assert poses().change(0, fit=moved).motions().evidence == pytest.approx(1.5)
+    assert poses().change(1, fit=moved).motions().evidence == pytest.approx(-1.5)
+
+
 def test_the_scene_is_behind_an_object(poses):
     behind = poses()
     points = behind.both[1].tracks.points * 2.0

@@ -19,7 +19,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.refinement.tracks import Tracks
 
-_FRAMES = 8  # chosen: a frame, its keyframe, and those that a lost frame is tried against
+_MOST_FRAMES = 64  # chosen: a second of a fast camera
 _REMEMBERED = NANOSECONDS  # chosen: time since objects have been seen to move [ns]
 
 
@@ -86,11 +86,12 @@ class KnownObjects:
 
     def note(self, source: int, target: int, found: FoundObjects | None) -> None:
         """Note what the registration of two frames shows, by their stamps [ns]."""
+        now, known = max(source, target), self._known
         for stamp in (source, target):
-            self._known.pop(stamp, None)
-        if found is None or max(source, target) - found.seen >= _REMEMBERED:
-            return
-        self._known[target] = Known(found.target, found.seen)
-        self._known[source] = Known(found.source, found.seen)
-        while len(self._known) > _FRAMES:
-            del self._known[next(iter(self._known))]
+            known.pop(stamp, None)
+        if found is not None:
+            known[target] = Known(found.target, found.seen)
+            known[source] = Known(found.source, found.seen)
+        self._known = dict(list(
+            (stamp, each) for stamp, each in known.items()
+            if 0 <= now - each.seen < _REMEMBERED)[-_MOST_FRAMES:])

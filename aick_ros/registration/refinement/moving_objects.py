@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aick_ros.frames.surface import Surface
+from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement import object_places
 from aick_ros.registration.refinement.known_objects import FoundObjects, Known, seen_by_target
@@ -49,7 +50,7 @@ class _Scales:
 
 class MovingObjects:
     """
-    What is left out of the problem of two frames; at first nothing is.
+    The tracks and points of two frames that are not on moving objects; at first all.
 
     Tracks are given to each method, as they are corrected by then: always all of them, in order.
 
@@ -62,14 +63,15 @@ class MovingObjects:
     def __init__(self, count: int, surface: Surface | None, camera: Camera, ray_sigma: float,
                  settings: RefinementSettings, sensor: SensorSettings) -> None:
         self.kept = np.ones(count, bool)
-        """Which tracks the problem has, K bool: neither on objects nor beside them."""
+        """Tracks of the scene, K bool: neither on objects nor beside them."""
         self.surface = surface
-        """The surface with the points that the problem has."""
+        """The surface with the chosen points of the scene."""
         self._whole = surface
         self._scales = _Scales(camera, ray_sigma, settings, sensor)
         self._moving = np.zeros(count, bool)
         self._known = np.zeros(count, bool)  # by other frames
-        self._seen = 0  # the last frame in which those moved [ns]
+        self._known_scene = np.empty((0, 3))  # in the source [m]
+        self._seen = 0  # the last frame in which known objects moved [ns]
         self._others: Tracks | None = None  # on objects, that the problem does not have
         self._places_of_others = np.empty((0, 3))
 
@@ -79,6 +81,7 @@ class MovingObjects:
             seen_by_target(tracks, pose), known.places.scene, known.places.objects)
         if self._known.any():
             self._known = object_places.as_neighbours(tracks, self._known)
+        self._known_scene = se3.transform(se3.inverse(pose), known.places.scene)
         self._seen = known.seen
 
     def leave_out(self, others: Tracks, tracks: Tracks, pose: np.ndarray) -> None:
@@ -143,7 +146,8 @@ class MovingObjects:
         if whole is None:
             return np.empty((0, 3))
         points = whole.points.take(whole.chosen, axis=0)
-        kept = object_places.are_of_scene(points, tracks.points[~self._moving], objects)
+        scene = np.vstack([tracks.points[~self._moving], self._known_scene])
+        kept = object_places.are_of_scene(points, scene, objects)
         self.surface = replace(whole, chosen=whole.chosen[kept])
         left_out: np.ndarray = points[~kept]
         return left_out

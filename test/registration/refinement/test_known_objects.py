@@ -74,11 +74,32 @@ def test_what_has_not_moved_for_a_second_is_a_part_of_the_scene(scene_and_object
     assert (known.of(stamp) is not None) == (known.of(stamp - 1) is not None) == is_known
 
 
-def test_the_oldest_are_forgotten(scene_and_objects):
-    """Of the target and of seven sources."""
+def test_frames_in_which_nothing_has_moved_for_a_second_are_forgotten(scene_and_objects):
+    """However old they are: a keyframe is known by what was last registered to it."""
+    known = KnownObjects()
+    for number in range(30):
+        stamp = NOW + number * NANOSECONDS // 20
+        known.note(stamp, 7, FoundObjects.of(*scene_and_objects, POSE, stamp))
+    assert [known.of(NOW + number * NANOSECONDS // 20) is not None
+            for number in range(30)] == 10 * [False] + 20 * [True]
+    assert known.of(7) is not None
+    later = NOW + 100 * NANOSECONDS
+    known.note(later, later - 1, None)
+    assert known.of(7) is None
+
+
+def test_the_oldest_of_many_are_forgotten(scene_and_objects):
+    """Of the target and of 63 sources."""
     found = FoundObjects.of(*scene_and_objects, POSE, NOW)
     known = KnownObjects()
-    for number in range(1, 10):
+    for number in range(1, 71):
         known.note(NOW + number, NOW, found)
-    assert [known.of(NOW + number) is not None for number in range(10)] == [
-        True, False, False] + 7 * [True]
+    assert [known.of(NOW + number) is not None for number in range(71)] == [
+        True, *7 * [False], *63 * [True]]
+
+
+def test_what_a_recording_has_shown_that_is_played_again_is_forgotten(scene_and_objects):
+    known = KnownObjects()
+    known.note(NOW, NOW - 1, FoundObjects.of(*scene_and_objects, POSE, NOW))
+    known.note(NOW - 50, NOW - 51, None)
+    assert known.of(NOW) is None and known.of(NOW - 1) is None

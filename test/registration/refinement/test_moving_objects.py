@@ -182,3 +182,19 @@ def test_without_tracks_nothing_is_known():
     assert not objects.search(none, POSE, LEAST_SHARE)
     assert objects.found(none, np.arange(0), POSE, STAMP) is None
     assert objects.scene_share == 1.0
+
+
+def test_depth_near_known_places_of_the_scene_is_of_the_scene_where_no_tracks_are():
+    """All points within reach of the board are left out otherwise, such as a floor below it."""
+    tracks, surface = view([0.1, 0.0, 0.0])
+    floor = np.array([[0.0, 0.5, BOARD + 0.2]])  # 0.36 m from the board
+    points = np.vstack([surface.points, floor]).astype(np.float32)
+    surface = Surface(None, points, None, None, np.arange(NUMBER + 1), None)
+    known = known_of(tracks)
+    near = se3.transform(POSE, floor + [[0.0, 0.05, 0.0]])
+    for scene, is_kept in ((known.places.scene, False),
+                           (np.vstack([known.places.scene, near]), True)):
+        objects = objects_of(surface)
+        objects.recall(Known(Places(scene, known.places.objects), SEEN), tracks, POSE)
+        objects.leave_out_known(tracks, POSE)
+        assert (NUMBER in objects.surface.chosen) == is_kept
