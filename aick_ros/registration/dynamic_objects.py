@@ -98,7 +98,7 @@ class DynamicObjectCheck:
 
     def _compared(self, found: Registration, rest: Refined, source: PreparedFrame,
                   target: PreparedFrame, expected: ExpectedPose) -> Registration:
-        """Return the registration or the pose of the rest, by all that tells them apart."""
+        """Return the registration, or the pose of the rest where all evidence is for that."""
         motions = None if not rest.is_confirmed else TwoMotions.of(
             found, rest.applied_to(found, ''), expected.T_target_source,
             self._acceleration.sigmas(source.stamp, expected.elapsed))
@@ -111,14 +111,15 @@ class DynamicObjectCheck:
                 return found
         prior = PoseWithCovariance(expected.T_target_source, np.diag(
             (0.5 * self._prior_sigmas * expected.elapsed ** 2) ** 2))
+        second = fuse(prior, PoseWithCovariance(rest.T_target_source, rest.covariance))
         if _is_known(found.fit) and _is_of_scene(rest.fit):
-            return _with_prior(found, rest, prior,
-                               f'{found.support} keypoints are on what has moved before')
+            return _at(second, found, rest,
+                       f'{found.support} keypoints are on what has moved before')
         if _has_moved_before(rest.fit, found.fit):
             return found
         sudden = suddenness(found.T_target_source, expected, self._sudden)
         return found if sudden <= 1.0 else self._by_vote(
-            found, rest, source, target, prior, sudden)
+            found, rest, source, target, second, sudden)
 
     def _without_small_objects(self, found: Registration, source: PreparedFrame,
                                target: PreparedFrame) -> Registration:
@@ -139,10 +140,9 @@ class DynamicObjectCheck:
         return near if is_of_the_rest else rest
 
     def _by_vote(self, found: Registration, rest: Refined, source: PreparedFrame,
-                 target: PreparedFrame, prior: PoseWithCovariance,
+                 target: PreparedFrame, second: PoseWithCovariance,
                  sudden: float) -> Registration:
         """Return the registration, or the pose of the rest with a prior, as the images vote."""
-        second = fuse(prior, PoseWithCovariance(rest.T_target_source, rest.covariance))
         if is_same(found.T_target_source, second.matrix):
             return found
         vote = pose_vote(source, target, found.T_target_source, second.matrix, self._sensor)
@@ -150,7 +150,7 @@ class DynamicObjectCheck:
             return _doubted(found, second.matrix, vote)
         reason = (f'{found.support} keypoints move by themselves, {vote.second:.0%} of the view '
                   'shows another motion')
-        return _with_prior(found, rest, prior, reason)
+        return _at(second, found, rest, reason)
 
     def _without_keypoints_of(self, found: Registration, source: PreparedFrame,
                               target: PreparedFrame, expected: np.ndarray) -> Refined:
@@ -185,10 +185,9 @@ def _of_the_rest(found: Registration, rest: Refined, reason: str) -> Registratio
                                measure=None)
 
 
-def _with_prior(found: Registration, rest: Refined, prior: PoseWithCovariance,
-                reason: str) -> Registration:
-    """Return a registration with the pose of the rest and a prior, by few keypoints or none."""
-    pose = fuse(prior, PoseWithCovariance(rest.T_target_source, rest.covariance))
+def _at(pose: PoseWithCovariance, found: Registration, rest: Refined,
+        reason: str) -> Registration:
+    """Return a registration at the pose of the rest with a prior, by few keypoints or none."""
     return dataclasses.replace(
         _of_the_rest(found, rest, reason), T_target_source=pose.matrix,
         covariance=pose.covariance, systematic=np.zeros((6, 6)), evidence=Evidence.DEPTH)
@@ -196,7 +195,7 @@ def _with_prior(found: Registration, rest: Refined, prior: PoseWithCovariance,
 
 def _has_moving(fit: Fit | None) -> bool:
     """Return whether images show objects that move, or a pose is that of what has moved before."""
-    return fit is not None and (fit.has_objects or fit.is_of_known_objects)
+    return fit is not None and fit.has_objects or _is_known(fit)
 
 
 def _is_known(fit: Fit | None) -> bool:

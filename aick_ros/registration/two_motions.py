@@ -19,12 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.geometry import se3
+from aick_ros.registration.refinement.residuals import are_far_smaller
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Fit, Registration, SensorBias
 from aick_ros.registration.sensor_agreement import BETTER
 
-_CLEARLY = 4.0  # chosen: ratio of the squared errors from which on a keypoint confirms one pose
-_LEAST_ERROR = 0.25 ** 2  # chosen: smaller squared errors are taken as equal
 _LEAST_SHARE = 0.15  # chosen: of the keypoints that confirm one alone, for the weaker one
 
 # Evidence, each by which one motion outweighs another. Chosen on rendered rooms through which
@@ -96,10 +95,9 @@ def _votes(keypoints: tuple[np.ndarray, np.ndarray],
     """Return which of the keypoints of two poses confirm that one alone, or far better."""
     _, *common = np.intersect1d(*keypoints, assume_unique=True, return_indices=True)
     votes = np.ones(len(keypoints[0]), bool), np.ones(len(keypoints[1]), bool)
-    errors = [np.maximum(fit.squared_errors[rows], _LEAST_ERROR)
-              for fit, rows in zip(fits, common)]
-    votes[0][common[0]] = errors[1] > _CLEARLY * errors[0]
-    votes[1][common[1]] = errors[0] > _CLEARLY * errors[1]
+    first, second = (fit.squared_errors[rows] for fit, rows in zip(fits, common))
+    votes[0][common[0]] = are_far_smaller(first, second)
+    votes[1][common[1]] = are_far_smaller(second, first)
     return votes
 
 

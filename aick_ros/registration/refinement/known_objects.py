@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.registration.refinement.object_places import seen_by_target
 from aick_ros.registration.refinement.tracks import Tracks
 
 _MOST_FRAMES = 64  # chosen: a second of a fast camera
@@ -30,10 +30,12 @@ class Places:
 
     :param scene: Nx3 [m].
     :param objects: Mx3 [m].
+    :param seen: stamp of the last frame in which the objects moved [ns].
     """
 
     scene: np.ndarray
     objects: np.ndarray
+    seen: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,44 +45,27 @@ class FoundObjects:
 
     :param source: places in the source.
     :param target: likewise, in the target.
-    :param seen: stamp of the last frame in which they moved [ns].
     """
 
     source: Places
     target: Places
-    seen: int
 
     @classmethod
     def of(cls, scene: Tracks, objects: Tracks, T_target_source: np.ndarray,
            seen: int) -> FoundObjects:
-        """Return what tracks on the scene and on objects show."""
-        return cls(Places(scene.points, objects.points), Places(
-            *(seen_by_target(tracks, T_target_source) for tracks in (scene, objects))), seen)
-
-
-def seen_by_target(tracks: Tracks, T_target_source: np.ndarray) -> np.ndarray:
-    """Return where the target sees tracks, Kx3 [m]: without a depth of its own, by the pose."""
-    by_pose = se3.transform(T_target_source, tracks.points)[:, 2]
-    depths = np.where(np.isfinite(tracks.depths), tracks.depths, by_pose)
-    places: np.ndarray = np.column_stack([tracks.rays, np.ones(len(tracks))]) * depths[:, None]
-    return places
-
-
-@dataclass(frozen=True, eq=False)
-class Known:
-    """Places in a frame, and the stamp of the last frame in which the objects moved [ns]."""
-
-    places: Places
-    seen: int
+        """Return what tracks on the scene and on objects show; seen: as of :class:`Places`."""
+        return cls(Places(scene.points, objects.points, seen),
+                   Places(seen_by_target(scene, T_target_source),
+                          seen_by_target(objects, T_target_source), seen))
 
 
 class KnownObjects:
     """Remembers the objects of the last frames."""
 
     def __init__(self) -> None:
-        self._known: dict[int, Known] = {}  # by the stamps of the frames [ns]
+        self._known: dict[int, Places] = {}  # by the stamps of the frames [ns]
 
-    def of(self, stamp: int) -> Known | None:
+    def of(self, stamp: int) -> Places | None:
         """Return what is known of the frame with a stamp [ns]; None: nothing moves in it."""
         return self._known.get(stamp)
 
@@ -90,8 +75,8 @@ class KnownObjects:
         for stamp in (source, target):
             known.pop(stamp, None)
         if found is not None:
-            known[target] = Known(found.target, found.seen)
-            known[source] = Known(found.source, found.seen)
+            known[target] = found.target
+            known[source] = found.source
         self._known = dict(list(
             (stamp, each) for stamp, each in known.items()
             if 0 <= now - each.seen < _REMEMBERED)[-_MOST_FRAMES:])

@@ -21,9 +21,9 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement import object_places
-from aick_ros.registration.refinement.known_objects import FoundObjects, Known, seen_by_target
+from aick_ros.registration.refinement.known_objects import FoundObjects, Places
 from aick_ros.registration.refinement.residuals import (
-    PRIOR, NormalEquations, reprojection, track_steps)
+    PRIOR, NormalEquations, Residuals, are_far_smaller, reprojection, squared_errors, track_steps)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import RefinementSettings, SensorSettings
 
@@ -34,7 +34,6 @@ LEAST_SHARE = 0.2
 On two excerpts of real recordings and four kinds of rendered cameras up to 2 % of the
 registrations have so many far off without an object."""
 
-_CLEARLY, _LEAST_ERROR = 4.0, 0.25 ** 2  # ratio of squared errors; smaller ones are equal
 _STEPS = 3.0, 1.0, 1.0, 1.0  # widths of the robust weights in the steps to an object's motion
 
 
@@ -75,13 +74,13 @@ class MovingObjects:
         self._others: Tracks | None = None  # on objects, that the problem does not have
         self._places_of_others = np.empty((0, 3))
 
-    def recall(self, known: Known, tracks: Tracks, pose: np.ndarray) -> None:
+    def recall(self, known: Places, tracks: Tracks, pose: np.ndarray) -> None:
         """Recall what is known of the target, by a pose ``T_target_source``."""
         self._known = ~object_places.are_of_scene(
-            seen_by_target(tracks, pose), known.places.scene, known.places.objects)
+            object_places.seen_by_target(tracks, pose), known.scene, known.objects)
         if self._known.any():
             self._known = object_places.as_neighbours(tracks, self._known)
-        self._known_scene = se3.transform(se3.inverse(pose), known.places.scene)
+        self._known_scene = se3.transform(se3.inverse(pose), known.scene)
         self._seen = known.seen
 
     def leave_out(self, others: Tracks, tracks: Tracks, pose: np.ndarray) -> None:
@@ -104,16 +103,13 @@ class MovingObjects:
         """
         if self._whole is None:
             return False
-        errors = reprojection(tracks, pose, self._scales.ray_sigma,
-                              self._scales.refinement.robust_width)
-        are_far_off = errors.weights[:len(tracks)] == 0.0
-        squares = _squares(errors.values)
+        errors = self._errors(tracks, pose)
+        are_far_off, squares = errors.weights[:len(tracks)] == 0.0, squared_errors(errors)
         if self._known.any() and not self._known.all():
-            typical = max(float(np.median(squares[~self._known])), _LEAST_ERROR)
-            are_far_off |= self._known & (squares > _CLEARLY * typical)
+            typical = float(np.median(squares[~self._known]))
+            are_far_off |= self._known & are_far_smaller(typical, squares)
         if np.count_nonzero(self._moving) >= FEWEST_TO_CONFIRM:
-            own = self._squares_by_own_motion(tracks, pose)
-            are_far_off |= squares > _CLEARLY * np.maximum(own, _LEAST_ERROR)
+            are_far_off |= are_far_smaller(self._squares_by_own_motion(tracks, pose), squares)
         return self._leave_out(
             object_places.on_objects(tracks, are_far_off, least_share), tracks, pose)
 
@@ -124,8 +120,11 @@ class MovingObjects:
         first[:3, 3] += pose[:3, :3] @ object_places.displacement(moving, pose)
         own, _ = track_steps(moving, first, by.ray_sigma, by.sensor, by.refinement.robust_width,
                              _STEPS, 1.0, NormalEquations.of((), PRIOR))
-        return _squares(
-            reprojection(tracks, own, by.ray_sigma, by.refinement.robust_width).values)
+        return squared_errors(self._errors(tracks, own))
+
+    def _errors(self, tracks: Tracks, pose: np.ndarray) -> Residuals:
+        return reprojection(tracks, pose, self._scales.ray_sigma,
+                            self._scales.refinement.robust_width)
 
     def _leave_out(self, moving: np.ndarray, tracks: Tracks, pose: np.ndarray) -> bool:
         """Leave out tracks and what belongs to them; return whether others were before."""
@@ -180,9 +179,3 @@ class MovingObjects:
         if not len(objects):
             return None
         return FoundObjects.of(tracks[agreeing[~moving[agreeing]]], objects, pose, seen)
-
-
-def _squares(values: np.ndarray) -> np.ndarray:
-    """Return the squared errors of tracks, by those of their coordinates."""
-    squares: np.ndarray = np.square(values.reshape(2, -1)).sum(axis=0)
-    return squares

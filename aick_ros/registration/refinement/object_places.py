@@ -64,12 +64,19 @@ def displacement(tracks: Tracks, T_target_source: np.ndarray) -> np.ndarray:
     return moved
 
 
+def seen_by_target(tracks: Tracks, T_target_source: np.ndarray) -> np.ndarray:
+    """Return where the target sees tracks, Kx3 [m]: without a depth of its own, by the pose."""
+    by_pose = se3.transform(T_target_source, tracks.points)[:, 2]
+    depths = np.where(np.isfinite(tracks.depths), tracks.depths, by_pose)
+    seen: np.ndarray = np.column_stack([tracks.rays, np.ones(len(tracks))]) * depths[:, None]
+    return seen
+
+
 def _seen(tracks: Tracks, T_target_source: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return which tracks the target has a depth of, K bool, and where, Nx3 in the source [m]."""
     measured = np.isfinite(tracks.depths)
-    rays = np.column_stack([tracks.rays[measured], np.ones(np.count_nonzero(measured))])
-    seen = rays * tracks.depths[measured, None]
-    return measured, se3.transform(se3.inverse(T_target_source), seen)
+    return measured, se3.transform(se3.inverse(T_target_source), seen_by_target(
+        tracks[measured], T_target_source))
 
 
 def are_of_scene(points: np.ndarray, scene: np.ndarray, objects: np.ndarray) -> np.ndarray:

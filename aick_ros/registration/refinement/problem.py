@@ -13,7 +13,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.refinement.estimate import Estimate, joint_estimate
-from aick_ros.registration.refinement.known_objects import Known
+from aick_ros.registration.refinement.known_objects import Places
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
     NO_CORRECTION, NO_MISALIGNMENT, Correction, Misalignment)
@@ -24,7 +24,7 @@ from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.residuals import (
     PRIOR, NormalEquations, PlaneResiduals, Residuals, contradict, point_to_plane, reprojection,
-    track_depth, track_steps)
+    squared_errors, track_depth, track_steps)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.registration.result import Fit, Measure, SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
@@ -84,12 +84,11 @@ class Problem:
             self._seen, self._source, self._sensor, pose)
         self._tracks = self._all_tracks[self._objects.kept]
 
-    def begin_without(self, known: Known | None, others: Tracks | None, pose: np.ndarray) -> None:
+    def begin_without(self, known: Places | None, others: Tracks | None, pose: np.ndarray) -> None:
         """
         Leave out objects that move by themselves, if they are known.
 
-        :param known: of the target. Where others are given these tracks may be left out, so that
-            those of the objects known are kept.
+        :param known: of the target. Their tracks are kept where others are given.
         :param others: tracks on objects that the problem does not have.
         :param pose: ``T_target_source``, roughly.
         """
@@ -153,8 +152,7 @@ class Problem:
     def _fit(self, errors: Residuals, inliers: np.ndarray, agreeing: np.ndarray,
              pose: np.ndarray) -> Fit:
         """Return the fit of the tracks that agree, by the reprojection errors of all."""
-        squares = np.square(errors.values.reshape(2, -1)).sum(axis=0)
-        return Fit(squares[inliers], self._objects.scene_share,
+        return Fit(squared_errors(errors)[inliers], self._objects.scene_share,
                    self._objects.known_share(agreeing),
                    self._objects.found(self._all_tracks, agreeing, pose,
                                        max(self._source.stamp, self._target.stamp)))

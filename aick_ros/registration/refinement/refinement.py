@@ -124,7 +124,7 @@ class Refinement:
                            least_share=_SMALL_SHARE)
 
     def believe(self, source: PreparedFrame, target: PreparedFrame, fit: Fit | None) -> None:
-        """Remember what moves by itself by a registration that is believed, by its fit."""
+        """Remember what moves by itself, by the fit of a registration that is accepted."""
         if fit is not None:
             self._known_objects.note(source.stamp, target.stamp, fit.objects)
 

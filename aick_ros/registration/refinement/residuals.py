@@ -53,6 +53,8 @@ _SMALLEST_SCALE = 0.25
 Chosen on rendered rooms through which a board passes: with 0.5 it moves a camera at rest by twice
 as much; on two excerpts of real recordings and twelve rendered ones trajectories are the same."""
 
+_CLEARLY = 4.0  # chosen: ratio of the squared errors from which on a track is of the smaller one
+_LEAST_ERROR = 0.25 ** 2  # chosen: smaller squared errors are taken as equal
 _OTHER_MOTION = 3.0  # chosen: robust widths from which on a track is another motion's
 MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
 """Median of chi-square with one degree of freedom; derived."""
@@ -181,6 +183,18 @@ def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float, 
         _MEDIAN_2, _LARGEST_SCALE ** 2, _OTHER_MOTION * width, _SMALLEST_SCALE ** 2, values,
         jacobian, weights, blocks)
     return Residuals(values, jacobian, weights, blocks, dimensions=2)
+
+
+def squared_errors(errors: Residuals) -> np.ndarray:
+    """Return the squared reprojection errors of tracks, K, by those of :func:`reprojection`."""
+    squares: np.ndarray = np.square(errors.values.reshape(2, -1)).sum(axis=0)
+    return squares
+
+
+def are_far_smaller(squares: np.ndarray | float, others: np.ndarray) -> np.ndarray:
+    """Return where squared errors, in units of their variance, are far smaller than others."""
+    far_smaller: np.ndarray = others > _CLEARLY * np.maximum(squares, _LEAST_ERROR)
+    return far_smaller
 
 
 def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSettings,

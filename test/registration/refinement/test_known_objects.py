@@ -8,8 +8,8 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.registration.refinement.known_objects import (
-    FoundObjects, KnownObjects, seen_by_target)
+from aick_ros.registration.refinement.known_objects import FoundObjects, KnownObjects
+from aick_ros.registration.refinement.object_places import seen_by_target
 from aick_ros.registration.refinement.tracks import Tracks
 
 POSE = se3.exp([0.1, -0.05, 0.02, 0.02, 0.05, -0.01])
@@ -39,7 +39,7 @@ def test_both_frames_see_them_where_they_are(scene_and_objects):
     np.testing.assert_allclose(found.target.scene, se3.transform(POSE, scene.points), atol=1e-9)
     np.testing.assert_allclose(found.target.objects, se3.transform(
         POSE, objects.points + [0.05, 0.0, -0.1]), atol=1e-9)
-    assert found.seen == NOW
+    assert found.source.seen == found.target.seen == NOW
 
 
 def test_a_track_without_depth_is_as_far_as_the_pose_puts_it(scene_and_objects):
@@ -54,7 +54,7 @@ def test_each_frame_is_known_by_its_stamp(scene_and_objects):
     known = KnownObjects()
     assert known.of(1) is None
     known.note(NOW, NOW - 1, found)
-    assert known.of(NOW).places is found.source and known.of(NOW - 1).places is found.target
+    assert known.of(NOW) is found.source and known.of(NOW - 1) is found.target
     assert known.of(NOW).seen == known.of(NOW - 1).seen == NOW
 
 

@@ -9,8 +9,9 @@ import pytest
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement.known_objects import Known, Places, seen_by_target
+from aick_ros.registration.refinement.known_objects import Places
 from aick_ros.registration.refinement.moving_objects import LEAST_SHARE, MovingObjects
+from aick_ros.registration.refinement.object_places import seen_by_target
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import Settings
 
@@ -43,7 +44,7 @@ def objects_of(surface):
 def known_of(tracks, on_objects=ON_BOARD):
     """Return what an earlier frame has shown of the target."""
     places = seen_by_target(tracks, POSE)
-    return Known(Places(places[~on_objects], places[on_objects]), SEEN)
+    return Places(places[~on_objects], places[on_objects], SEEN)
 
 
 def test_at_first_nothing_is_left_out():
@@ -114,7 +115,7 @@ def test_a_known_object_that_has_stopped_is_a_part_of_the_scene_and_known_as_lon
     agreeing = np.arange(NUMBER)
     assert objects.known_share(agreeing) == pytest.approx(60 / 180)
     found = objects.found(tracks, agreeing, POSE, STAMP)
-    assert found.seen == SEEN
+    assert found.source.seen == SEEN
     np.testing.assert_array_equal(found.source.objects, tracks.points[ON_BOARD])
     np.testing.assert_array_equal(found.source.scene, tracks.points[~ON_BOARD])
 
@@ -145,7 +146,7 @@ def test_what_is_found_has_moved_now():
     objects.search(tracks, POSE, LEAST_SHARE)
     agreeing = np.flatnonzero(objects.kept)
     found = objects.found(tracks, agreeing, POSE, STAMP)
-    assert found.seen == STAMP
+    assert found.source.seen == STAMP
     np.testing.assert_array_equal(found.source.objects, tracks.points[ON_BOARD])
     np.testing.assert_array_equal(found.source.scene, tracks.points[agreeing])
 
@@ -192,9 +193,9 @@ def test_depth_near_known_places_of_the_scene_is_of_the_scene_where_no_tracks_ar
     surface = Surface(None, points, None, None, np.arange(NUMBER + 1), None)
     known = known_of(tracks)
     near = se3.transform(POSE, floor + [[0.0, 0.05, 0.0]])
-    for scene, is_kept in ((known.places.scene, False),
-                           (np.vstack([known.places.scene, near]), True)):
+    for scene, is_kept in ((known.scene, False),
+                           (np.vstack([known.scene, near]), True)):
         objects = objects_of(surface)
-        objects.recall(Known(Places(scene, known.places.objects), SEEN), tracks, POSE)
+        objects.recall(Places(scene, known.objects, SEEN), tracks, POSE)
         objects.leave_out_known(tracks, POSE)
         assert (NUMBER in objects.surface.chosen) == is_kept
