@@ -114,9 +114,7 @@ class Camera:
 
     def _check_lens(self) -> None:
         """Reject coefficients with which most pixels have no ray in front of the camera."""
-        columns, rows = (np.linspace(0, side - 1, _CHECKED) for side in (self.width, self.height))
-        pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-        share = np.isfinite(self.normalize(pixels)[:, 0]).mean()
+        share = _share_with_rays(self)
         if share < _FEWEST_RAYS:
             coefficients = ', '.join(f'{coefficient:g}' for coefficient in self.distortion)
             raise InputError(
@@ -263,3 +261,11 @@ def _undistort(pixels: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -
 def _is_intrinsic(k: Sequence[float]) -> bool:
     """Return whether a 3x3 matrix, row by row, is that of a camera, its skew aside if small."""
     return abs(k[1]) <= _MAX_SKEW and not any((k[3], k[6], k[7])) and k[8] in _SCALES
+
+
+@functools.lru_cache(maxsize=16)  # a driver sends the same camera with each image
+def _share_with_rays(camera: Camera) -> float:
+    """Return the share of pixels that have a ray in front of a camera."""
+    columns, rows = (np.linspace(0, side - 1, _CHECKED) for side in (camera.width, camera.height))
+    pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+    return float(np.isfinite(camera.normalize(pixels)[:, 0]).mean())

@@ -81,7 +81,7 @@ class Watcher(Node):
 
     @property
     def is_alone(self) -> bool:
-        """Whether the node has been heard and nobody publishes odom any more."""
+        """No node publishes odom any more, though one has."""
         return self.hears and not self.count_publishers(self.topic)
 
     def _take_odom(self, message: Odometry) -> None:
