@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -84,9 +85,11 @@ def _read_by_a_program(path: Path) -> Iterator[None]:
         os.close(opened)
 
 
-def unwritable(path: Path, error: Exception) -> InputError:
-    """Return the error of a file that cannot be written."""
-    return InputError(f'cannot write {path}: {reason_of(error)}')
+def unwritable(path: Path | str, error: Exception) -> InputError:
+    """Return the error of a file that cannot be written, with what to do."""
+    is_full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
+    remedy = 'make room there' if is_full else 'choose another place'
+    return InputError(f'cannot write {path}: {reason_of(error)}; {remedy}')
 
 
 def reason_of(error: Exception) -> str:

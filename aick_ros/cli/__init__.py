@@ -20,10 +20,10 @@ from aick_ros.borders.streams import open_streams, say
 from aick_ros.borders.threads import one_thread_per_call
 from aick_ros.borders.variables import remove_unusable
 from aick_ros.cli.input.interruption import endings, endings_interrupt
-from aick_ros.errors import InputError, installation, package_of
+from aick_ros.cli.packages import missing_package
+from aick_ros.errors import InputError
 from aick_ros.ros.process.signals import held
 
-_NEEDED = ('typer', 'rich', 'yaml')
 _MEMORY = 550_000_000  # [byte] of addresses; measured: with 420 OpenBLAS ends the process
 
 _OPEN_FILES = 16  # chosen: with 12 all is read and written
@@ -47,10 +47,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
                 from aick_ros.cli.run import run
             code = run(sys.argv[1:] if arguments is None else arguments)
     except ModuleNotFoundError as error:
-        package = package_of(error)
-        if package not in _NEEDED:
+        sentence = missing_package(error)
+        if not sentence:
             raise
-        say('aick', f"the command needs {package}: {installation('cli')}")
+        say('aick', sentence)
         sys.exit(2)
     except (ImportError, MemoryError) as error:
         if not no_memory.is_of_memory(error):

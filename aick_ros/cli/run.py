@@ -23,6 +23,7 @@ from aick_ros.borders.streams import flush_output
 from aick_ros.cli import outcome
 from aick_ros.cli.app import app
 from aick_ros.cli.output.console import say
+from aick_ros.cli.packages import missing_package
 from aick_ros.errors import InputError
 
 _TRACEBACK = '--traceback'
@@ -102,12 +103,15 @@ def _user_sentence(error: Exception) -> str:
         return f'{error.filename or "writing"}: {error.strerror}'
     if no_memory.is_of_memory(error):
         return no_memory.SENTENCE
+    if sentence := missing_package(error):
+        return sentence
     # typer raises the usage errors of click or, in later versions, of its own copy of click
     if not hasattr(error, 'format_message'):
         return ''
     context: Any = getattr(error, 'ctx', None)
     where = context.command_path if context is not None else 'aick'
-    return f'{error.format_message().rstrip(".")}; see {where} --help'
+    sentence = error.format_message().rstrip('.')
+    return f'{sentence}{" See" if sentence.endswith("?") else "; see"} {where} --help'
 
 
 def _current_folder_exists() -> bool:

@@ -107,4 +107,12 @@ def test_a_link_to_itself_cannot_be_written(tmp_path):
     (OSError('without a number'), 'without a number'), (RuntimeError('a loop'), 'a loop')])
 def test_the_reason_is_without_the_name(error, reason):
     assert reason_of(error) == reason
-    assert str(unwritable('a.png', error)) == f'cannot write a.png: {reason}'
+
+
+@pytest.mark.parametrize('number, reason, remedy', [
+    (errno.ENOSPC, 'No space left on device', 'make room there'),
+    (errno.EDQUOT, 'Disk quota exceeded', 'make room there'),
+    (errno.EROFS, 'Read-only file system', 'choose another place')])
+def test_what_to_do_depends_on_why_a_file_cannot_be_written(number, reason, remedy):
+    error = OSError(number, reason, 'name')
+    assert str(unwritable('a.png', error)) == f'cannot write a.png: {reason}; {remedy}'

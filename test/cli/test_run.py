@@ -54,9 +54,16 @@ def test_version(aick):
     assert (outcome.code, outcome.out) == (0, f'aick {aick_ros.__version__}\n')
 
 
+def test_a_command_does_not_import_what_others_need():
+    ended = python('import sys; from aick_ros.cli.run import run; run(["parameters"]); '
+                   'sys.exit(str({"rosbags", "matplotlib", "dask", "aick_ros.odometry"} '
+                   '& set(sys.modules)))')
+    assert ended.stderr == 'set()\n'
+
+
 @pytest.mark.parametrize('arguments, words', [
     (['replay'], ['SOURCE', 'aick replay --help']),
-    (['repaly', 'x'], ['repaly']),
+    (['repaly', 'x'], ["No such command 'repaly'. Did you mean 'replay'? See aick --help"]),
     (['replay', 'x', '--colour', 'y'], ['--colour']),
     (['replay', 'x', '--limit', '0'], ['--limit']),
     (['replay', 'x', '--limit', 'many'], ['--limit']),
@@ -267,10 +274,11 @@ def test_an_interruption_before_anything_is_begun(aick, monkeypatch, tmp_path, e
     assert signal.getsignal(ending) is before
 
 
-@pytest.mark.parametrize('missing', ['typer', 'rich', 'yaml'])
-def test_missing_packages_are_named(missing):
+@pytest.mark.parametrize('missing, command', [
+    ('typer', '--version'), ('rich', '--version'), ('yaml', 'evaluate')])
+def test_missing_packages_are_named(missing, command):
     process = python(f'import sys; sys.modules["{missing}"] = None\n'
-                     'from aick_ros.cli import main; main(["--version"])')
+                     f'from aick_ros.cli import main; main(["{command}"])')
     assert process.returncode == 2
     assert process.stderr == (f"aick: the command needs {missing}: pip install '.[cli]' in the "
                               'folder of aick_ros\n')
@@ -281,9 +289,10 @@ def test_the_command_starts_without_packages_that_few_commands_need():
 import sys
 sys.modules.update(dict.fromkeys(['matplotlib', 'dask', 'distributed', 'pyarrow', 'rerun']))
 from aick_ros.cli import main
-main(['--version'])
+main(['--help'])
 """)
     assert (process.returncode, process.stderr) == (0, '')
+    assert 'parameters' in process.stdout
 
 
 def test_a_closed_pipe_is_no_defect():

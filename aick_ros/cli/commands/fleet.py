@@ -19,11 +19,12 @@ from aick_ros.cli.fleet.job import Finished, Job, run_job
 from aick_ros.cli.fleet.recordings import find_recordings
 from aick_ros.cli.fleet.results import Key, Results
 from aick_ros.cli.fleet.scratch import ScratchSpace, remove_scratch
+from aick_ros.cli.fleet.summary import REPORT, is_tracked, show_summary
 from aick_ros.cli.fleet.sweep import Variant, variants
 from aick_ros.cli.fleet.urls import is_url
 from aick_ros.cli.input import options
 from aick_ros.cli.input.interruption import Interruption
-from aick_ros.cli.output.console import decimal, progress, say, table
+from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.plot_folder import removed_if_empty
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
@@ -32,13 +33,12 @@ from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.evaluation.engine.fork_server import start_fork_server
 from aick_ros.evaluation.engine.tasks import Failure, Limits, Outcome, failure_of, run_tasks
 from aick_ros.evaluation.engine.versions import reject_other_versions
-from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, VARIED, Row
+from aick_ros.evaluation.runs.table import DONE, FAILED, VARIED, Row
 from aick_ros.sources import SourceOptions
 
 if TYPE_CHECKING:
     from distributed import Client
 
-REPORT = 'report.html'
 _TASKS = (run_job.__module__,)  # modules that each process has
 _LEAST_MEMORY = 400_000_000  # measured: a process takes half of it before its first frame
 
@@ -176,7 +176,7 @@ class _Fleet:
 
     def code(self, rows: Sequence[Row]) -> int:
         """Return the exit code of a fleet with these rows, which was not interrupted."""
-        is_whole = not self.unasked and all(row['status'] == DONE for row in rows)
+        is_whole = not self.unasked and all(map(is_tracked, rows))
         return outcome.DONE if is_whole else outcome.UNUSABLE_INPUT
 
     def _left(self) -> list[Job]:
@@ -231,7 +231,7 @@ def _report(rows: Sequence[Row], page: str, out: Path, json: str | None) -> None
     write_whole(out / REPORT, page)
     if json is not None:
         write_json(json, rows)
-    _show(rows, out, on_stderr=json == STANDARD_OUTPUT)
+    show_summary(rows, out, on_stderr=json == STANDARD_OUTPUT)
 
 
 def _interrupted(left: int) -> int:
@@ -270,28 +270,3 @@ def _remove_copies(client: Client, jobs: Sequence[Job]) -> None:
 def _name_dashboard(cluster: Cluster, client: Client) -> None:
     if cluster.scheduler is not None or cluster.has_dashboard:
         say(f'the tasks can be watched at {client.dashboard_link}')
-
-
-def _show(rows: Sequence[Row], out: Path, on_stderr: bool) -> None:
-    """Show the mean scores of each variant, and the first failures."""
-    table(f'runs: {len(rows)}',
-          (_scores(name, [row for row in rows if row['variant'] == name])
-           for name in dict.fromkeys(str(row['variant']) for row in rows)),
-          ('settings', 'done', 'failed', 'RPE over 1 s', 'ATE', 'tracked'), on_stderr)
-    failed = [row for row in rows if row['status'] == FAILED]
-    for row in failed[:5]:
-        say(f'{row["source"]} ({row["variant"]}): {row["cause"]}: {row["reason"]}')
-    if failed:
-        say(f'{len(failed)} of {len(rows)} runs failed: {out / TABLE} has the reasons')
-    say(f'details: {out / REPORT}')
-
-
-def _scores(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
-    def mean(column: str) -> float | None:
-        values = [float(value) for row in rows if (value := row.get(column)) is not None]
-        return sum(values) / len(values) if values else None
-    done = sum(row['status'] == DONE for row in rows)
-    return (name, str(done), str(len(rows) - done),
-            decimal(mean('trajectory.rpe_1s_translation_rmse_m'), ' m', 4),
-            decimal(mean('trajectory.ate_rmse_m'), ' m', 4),
-            decimal(mean('trajectory.tracked_fraction'), digits=4))

@@ -15,6 +15,7 @@ from pathlib import Path, PurePosixPath
 from aick_ros.borders.bounded_json import bounded_json
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
+from aick_ros.borders.replacement import unwritable
 from aick_ros.cli.output.files import write_whole
 from aick_ros.cli.output.plot_folder import make_folder
 from aick_ros.errors import InputError
@@ -46,6 +47,7 @@ class Results:
         self.folder, self.rows = folder, dict[Key, Row]()
         self._paths: dict[str, Key] = {}
         try:
+            make_folder(folder, '--out')
             make_folder(folder / 'runs', '--out')
             paths = sorted((folder / 'runs').glob(f'*/*/{ROW}'))
         except OSError as error:
@@ -85,7 +87,7 @@ class Results:
                 shutil.rmtree(path)
             draft.rename(path)
         except OSError as error:
-            raise InputError(f'cannot write {error.filename or path}: {error.strerror}') from None
+            raise unwritable(error.filename or path, error) from None
         finally:
             shutil.rmtree(draft, ignore_errors=True)
         self.rows[key], self._paths[run] = row, key

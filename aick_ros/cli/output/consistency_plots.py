@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from aick_ros.borders.replacement import unwritable
 from aick_ros.cli.output.console import say
-from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.evaluation import Evaluation
 
 
@@ -30,7 +30,7 @@ def write_plots(folder: Path, evaluation: Evaluation) -> None:
                 canvas.write_png(nees_figure(values, f'{evaluation.source}: {title}'),
                                  folder / f'nees_{stem}.png')
     except OSError as error:
-        raise InputError(f'cannot write {error.filename or folder}: {error.strerror}') from None
+        raise unwritable(error.filename or folder, error) from None
 
 
 def _title_and_stem(name: str) -> tuple[str, str]:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from aick_ros.borders.replacement import unwritable
 from aick_ros.cli.output.console import line, say, table
-from aick_ros.errors import InputError
 from aick_ros.evaluation.noise.allan_fit import Estimate
 from aick_ros.evaluation.noise.imu_noise import ImuNoise, SensorNoise
 from aick_ros.frames.imu import UNITS
@@ -49,7 +49,7 @@ def write_allan_plot(folder: Path, found: ImuNoise) -> None:
     try:
         canvas.write_png(allan_figure(found), folder / 'allan.png')
     except OSError as error:
-        raise InputError(f'cannot write {error.filename or folder}: {error.strerror}') from None
+        raise unwritable(error.filename or folder, error) from None
 
 
 def _rows(sensor: SensorNoise) -> Iterator[tuple[str, ...]]:

@@ -10,7 +10,7 @@ import stat
 from contextlib import suppress
 from pathlib import Path
 
-from aick_ros.borders.replacement import reason_of, try_to_write
+from aick_ros.borders.replacement import reason_of, try_to_write, unwritable
 from aick_ros.errors import InputError
 
 STANDARD_OUTPUT = '-'
@@ -42,7 +42,7 @@ def check_target(target: str | None, *inputs: str | Path | None) -> None:
     except (OSError, ValueError) as error:  # ValueError: NUL in the name
         if isinstance(error, InputError):
             raise
-        raise InputError(f'cannot write {target!r}: {reason_of(error)}') from None
+        raise unwritable(repr(target), error) from None
 
 
 def check_parent(folder: Path, option: str) -> None:

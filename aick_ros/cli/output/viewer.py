@@ -63,7 +63,7 @@ def _check_file(save: Path) -> None:
         raise InputError(f'cannot write {save}: its name is not UTF-8, choose another one'
                          ) from None
     if _is_full(save):
-        raise InputError(f'cannot write {save}: the disk is full')
+        raise InputError(f'cannot write {save}: the disk is full; make room there')
 
 
 def _is_full(save: Path) -> bool:
@@ -82,7 +82,8 @@ def _errors_of(save: Path | None) -> Iterator[None]:
             raise
         what = 'the viewer ended' if save is None else f'cannot write {save}'
         is_full = save is not None and _is_full(save)
-        raise InputError(f'{what}: {"the disk is full" if is_full else error}') from None
+        why = 'the disk is full; make room there' if is_full else error
+        raise InputError(f'{what}: {why}') from None
 
 
 def _serve(stream: RecordingStream) -> None:

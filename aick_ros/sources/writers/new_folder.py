@@ -59,5 +59,5 @@ def check_new(path: Path) -> None:
     except OSError as error:
         raise unwritable(path, error) from None
     except ValueError as error:  # NUL in the name
-        raise InputError(f'cannot write {str(path)!r}: {error}') from None
+        raise unwritable(repr(str(path)), error) from None
     raise InputError(f'{path} exists already: remove it or choose another name')

@@ -117,7 +117,8 @@ def test_an_impossible_view_is_rejected(aick, folder, monkeypatch, arguments, se
 def test_a_full_disk_is_said_at_the_start(aick, folder, monkeypatch, tmp_path):
     monkeypatch.setattr(shutil, 'disk_usage', lambda path: SimpleNamespace(free=10 ** 5))
     outcome = aick('view', folder, '--save', 'x.rrd')
-    assert (outcome.code, outcome.sentence) == (2, 'cannot write x.rrd: the disk is full')
+    assert (outcome.code, outcome.sentence) == (
+        2, 'cannot write x.rrd: the disk is full; make room there')
     assert not (tmp_path / 'x.rrd').exists()
 
 
@@ -125,7 +126,8 @@ def test_a_disk_that_fills_is_said_too(aick, folder, monkeypatch):
     free = [10 ** 9, 0]
     monkeypatch.setattr(shutil, 'disk_usage', lambda path: SimpleNamespace(free=free.pop(0)))
     outcome = aick('view', folder, '--save', '/dev/full')
-    assert (outcome.code, outcome.sentence) == (2, 'cannot write /dev/full: the disk is full')
+    assert (outcome.code, outcome.sentence) == (
+        2, 'cannot write /dev/full: the disk is full; make room there')
 
 
 def test_a_pipe_that_nobody_reads_is_rejected(aick, folder, tmp_path):

@@ -138,8 +138,8 @@ def test_a_place_for_no_folder_is_named(tmp_path):
     (tmp_path / 'file').touch()
     with pytest.raises(InputError) as caught:
         Results(tmp_path / 'file')
-    assert str(caught.value) == (f'--out {tmp_path}/file/runs: cannot make the folder: Not a '
-                                 'directory; name another folder')
+    assert str(caught.value) == (f'--out {tmp_path}/file: cannot make the folder: File exists; '
+                                 'name another folder')
 
 
 def test_results_on_a_disk_that_cannot_be_written_are_rejected_before_the_runs(
@@ -153,5 +153,5 @@ def test_results_on_a_disk_that_cannot_be_written_are_rejected_before_the_runs(
     with pytest.raises(InputError) as caught:
         Results(tmp_path)
     assert str(caught.value) == (
-        f'--out {tmp_path}/runs: cannot write into the folder: Read-only file system; name '
+        f'--out {tmp_path}: cannot write into the folder: Read-only file system; name '
         'another folder, or make room there')

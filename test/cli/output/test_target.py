@@ -70,7 +70,7 @@ def test_standard_output_is_no_file_of_that_name(tmp_path, monkeypatch):
                   'the results'),
     ('recording/rgb.txt', 'cannot write recording/rgb.txt: it is a file of the input recording; '
                           'name another file for the results'),
-    (300 * 'n', f"cannot write '{300 * 'n'}': File name too long")])
+    (300 * 'n', f"cannot write '{300 * 'n'}': File name too long; choose another place")])
 def test_a_sentence_says_what_is_wrong_and_what_to_do(folder, monkeypatch, target, sentence):
     monkeypatch.chdir(folder)
     with pytest.raises(InputError) as raised:
@@ -88,7 +88,8 @@ def test_a_full_disk_is_found_before_the_work(tmp_path, monkeypatch, full_disk):
     for name in ('earlier', 'new'):
         with pytest.raises(InputError) as raised:
             check_target(name)
-        assert str(raised.value) == f"cannot write '{name}': No space left on device"
+        assert str(raised.value) == (
+            f"cannot write '{name}': No space left on device; make room there")
     assert os.listdir() == ['earlier'] and (tmp_path / 'earlier').read_text() == 'content'
 
 

@@ -1,0 +1,36 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The end of a fleet names what failed and what tracked nothing."""
+
+from pathlib import Path
+
+import pytest
+
+from aick_ros.cli.fleet.summary import is_tracked, show_summary
+from aick_ros.evaluation.runs.table import DONE, FAILED
+
+TRACKED = {'source': 'desk', 'variant': 'defaults', 'status': DONE, 'run': 'runs/desk',
+           'tracked': 9}
+DARK = {**TRACKED, 'source': 'dark', 'run': 'runs/dark', 'tracked': 0}
+BROKEN = {**TRACKED, 'status': FAILED, 'cause': 'input', 'reason': 'no depth.txt'}
+
+
+@pytest.mark.parametrize('row, tracked', [(TRACKED, True), (DARK, False), (BROKEN, False)])
+def test_a_run_is_tracked_where_it_ended_with_a_tracked_frame(row, tracked):
+    assert is_tracked(row) is tracked
+
+
+def test_what_failed_and_what_was_not_tracked_is_named(capfd):
+    show_summary([TRACKED, DARK, BROKEN], Path('out'), on_stderr=False)
+    assert capfd.readouterr().err == (
+        'aick: desk (defaults): input: no depth.txt\n'
+        'aick: 1 of 3 runs failed: out/table.parquet has the reasons\n'
+        'aick: dark (defaults): no frame was tracked: out/runs/dark has the reasons\n'
+        'aick: in 1 of 3 runs no frame was tracked\n'
+        'aick: details: out/report.html\n')
+
+
+def test_no_more_than_five_runs_are_named(capfd):
+    show_summary(9 * [DARK], Path('out'), on_stderr=False)
+    assert capfd.readouterr().err.count('aick: dark') == 5
