@@ -206,7 +206,7 @@ def test_results_that_cannot_be_written_start_no_process(aick, tmp_path, monkeyp
     outcome = aick('fleet', 'synthetic:1', '--out', 'file')
     assert outcome.code == 2
     assert outcome.sentence == (
-        '--out file/runs: cannot make the folder: Not a directory; name another folder')
+        '--out file: cannot make the folder: File exists; name another folder')
 
 
 def test_no_more_processes_are_started_than_there_are_runs(aick, monkeypatch):
