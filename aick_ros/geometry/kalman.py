@@ -13,9 +13,10 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.geometry import definite
 
-LARGEST_SQUARED_DISTANCE = 16.3
-"""Of three values measured. Derived: noise exceeds it in one of a thousand updates, by the
-chi-squared distribution."""
+LARGEST_SQUARED_DISTANCES = {3: 16.27, 6: 22.46, 12: 32.91}
+"""Of so many values measured from those expected, by their covariance.
+
+Derived: noise exceeds it in one of a thousand updates, by the chi-squared distribution."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 
 import numpy as np
 
@@ -128,10 +127,7 @@ class Attempts:
     def _by_keypoints(self, prepared: PreparedFrame, references: References,
                       expected: ExpectedPose | None, tracked: np.ndarray | None
                       ) -> Iterator[Attempt]:
-        candidates = references.candidates()
-        if references.is_blurred() and not prepared.is_blurred_beside(references.sharp.prepared):
-            candidates = chain([references.sharp], candidates)
-        for reference in candidates:
+        for reference in references.candidates(prepared):
             attempt = self._checked(prepared, reference, self._registrar.register(
                 prepared, reference.prepared,
                 expected and expected.seen_from(_from(reference, references.last)),

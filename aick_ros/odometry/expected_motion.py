@@ -21,7 +21,7 @@ from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.motion_model import MotionModel
-from aick_ros.odometry.motion_term import LARGEST_DISAGREEMENT, MotionTerm
+from aick_ros.odometry.motion_term import MotionTerm
 from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings
@@ -59,10 +59,7 @@ class ExpectedMotion:
         if twist is None or not self._motion_model.holds(seconds(start, end)):
             return self.without_images(start, end, twist)
         motion = self._motion_model.predict(twist, seconds(start, end))
-        for term in self._terms(start, end):
-            if term.disagreement(motion) <= LARGEST_DISAGREEMENT:
-                motion = term.added_to(motion)
-        return motion
+        return self._fused(motion, start, end)
 
     def steady(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance | None:
         """Return the motion at constant velocity; None: unknown, or what is expected anyway."""
@@ -73,7 +70,12 @@ class ExpectedMotion:
 
     def without_images(self, start: int, end: int, twist: np.ndarray | None
                        ) -> PoseWithCovariance:
-        """Return the motion of a camera that is not seen: by another odometry, if there is one."""
+        """
+        Return the motion of a camera that is not seen: by another odometry, if there is one.
+
+        Where that contradicts the gyroscope, which the camera has confirmed, wheels slip: the
+        rotation is the gyroscope's all the same.
+        """
         by_other = self._other.motion(start, end)
         motion = (self._motion_model.predict(twist, seconds(start, end)) if by_other is None
                   else self._other.with_slip(by_other))
@@ -90,7 +92,7 @@ class ExpectedMotion:
         if not seen.status.ok or seen.is_by_depth:
             return seen  # the latter was registered with the expected motion as a term
         for term in self._terms(start, end, is_summed=True):
-            if term.disagreement(seen.pose) > LARGEST_DISAGREEMENT:
+            if not term.agrees_with(seen.pose):
                 continue
             joined, kept = term.added_to(seen.pose), term.kept(seen.pose)
             seen = replaced(
@@ -120,10 +122,15 @@ class ExpectedMotion:
 
     def joined_increment(self, seen: Increment, start: int, end: int) -> Increment:
         """Return an increment between two stamps [ns], as the camera saw it, with the terms."""
+        fused = self._fused(seen.pose, start, end)
+        return seen if fused is seen.pose else Increment(fused, seen.interval)
+
+    def _fused(self, motion: PoseWithCovariance, start: int, end: int) -> PoseWithCovariance:
+        """Return a motion between two stamps [ns] with the terms that agree with it."""
         for term in self._terms(start, end):
-            if term.disagreement(seen.pose) <= LARGEST_DISAGREEMENT:
-                seen = Increment(term.added_to(seen.pose), seen.interval)
-        return seen
+            if term.agrees_with(motion):
+                motion = term.added_to(motion)
+        return motion
 
     def _terms(self, start: int, end: int, is_summed: bool = False) -> Iterator[MotionTerm]:
         if end > start:

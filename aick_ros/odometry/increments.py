@@ -41,7 +41,10 @@ class Increments:
     def of(self, prepared: PreparedFrame, attempt: Attempt, references: References,
            twist: np.ndarray | None) -> Increment:
         """
-        Return the motion since the last tracked frame or, after a loss, since the reference.
+        Return the motion since the last tracked frame.
+
+        Where the frame was registered neither to the keyframe nor to the shape, as after a loss,
+        it is the motion since what it was registered to.
 
         :param attempt: by which the frame is tracked.
         :param references: as they were before the frame.

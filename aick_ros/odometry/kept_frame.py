@@ -76,9 +76,13 @@ def _mapping(size: int) -> mmap.mmap:
     flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS
     flags |= getattr(mmap, 'MAP_POPULATE', 0)  # of Linux: all is written, so all at once
     try:
-        return mmap.mmap(-1, (int(_ROOM * size) // _GRAIN + 1) * _GRAIN, flags=flags)
+        return mmap.mmap(-1, _mapped(size), flags=flags)
     except OSError as error:  # which is none of a file
         raise MemoryError(f'there is none for a frame of {size} bytes') from error
+
+
+def _mapped(size: int) -> int:
+    return (int(_ROOM * size) // _GRAIN + 1) * _GRAIN
 
 
 def compact(prepared: PreparedFrame, mappings: Mappings) -> PreparedFrame:
@@ -105,13 +109,13 @@ def compact(prepared: PreparedFrame, mappings: Mappings) -> PreparedFrame:
 
 
 def size(prepared: PreparedFrame) -> int:
-    """Return how many bytes a frame takes, all but its keypoints."""
+    """Return how many bytes a frame takes as it is kept, whatever keypoints it has."""
     count = prepared.grey.nbytes + prepared.frame.depth.nbytes
     if prepared.surface is not None:
         surface = prepared.surface
         count += sum(array.nbytes for array in (
             surface.points, surface.normals, surface.usable, surface.roughness))
-    return count
+    return _mapped(count)
 
 
 def _moved(arrays: Sequence[np.ndarray], mappings: Mappings) -> list[np.ndarray]:

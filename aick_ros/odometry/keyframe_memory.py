@@ -32,6 +32,8 @@ _LONGEST_WAITS = {Effort.LEAST: 0, Effort.MORE: 1, Effort.MUCH: 3}
 Chosen: a search ends within its interval at 30 Hz, though a camera that turns fast may make each
 frame a keyframe. Frames that take several refinements are few, and take the longest."""
 
+_SPARE = 1  # by definition: a new keyframe comes before an old one goes
+
 _LEISURE = 0.06
 """Interval of frames [s] from which a whole registration is done with each.
 
@@ -68,7 +70,7 @@ class KeyframeMemory:
         self._error = np.zeros(6)  # of the published pose, not corrected yet
         self.reused = 0
         self.configure(settings, registrar)
-        self._mappings = Mappings(self._capacity + 1)  # a new one comes before an old one goes
+        self._mappings = Mappings(self._capacity + _SPARE)
         self._frames[0] = compact(first.prepared, self._mappings)
 
     @property
@@ -85,7 +87,7 @@ class KeyframeMemory:
         self._correction.configure(settings.odometry)
 
     def track(self, keyframe: Reference, T_reckoned_camera: np.ndarray,
-              detour: np.ndarray, effort: Effort = Effort.LEAST, interval: float = 0.0) -> None:
+              detour: np.ndarray, interval: float, effort: Effort = Effort.LEAST) -> None:
         """
         Advance by one tracked frame.
 
@@ -97,8 +99,8 @@ class KeyframeMemory:
         :param T_reckoned_camera: pose of the frame by dead reckoning, 4x4.
         :param detour: 6x6, added to the covariance of a new keyframe that was not registered to
             the one before.
-        :param effort: that the registration of the frame has taken.
         :param interval: since the frame before [s].
+        :param effort: that the registration of the frame has taken.
         """
         if keyframe.stamp != self._frames[self._newest].stamp:
             self._add(keyframe, detour)
@@ -112,7 +114,7 @@ class KeyframeMemory:
             return
         T_odom_reckoned = self._keyframe_pose.matrix @ se3.inverse(self._reckoned.matrix)
         self._error = self._correction.approach(
-            T_odom_reckoned @ T_reckoned_camera, T_reckoned_camera)
+            T_odom_reckoned @ T_reckoned_camera, T_reckoned_camera, interval)
 
     def published(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """
@@ -273,4 +275,4 @@ class KeyframeMemory:
             return 1
         taken = size(self._frames[self._newest])
         affordable = int(odometry.keyframe_megabytes * 1e6 / taken)
-        return max(1, min(odometry.max_keyframes, affordable))
+        return max(1, min(odometry.max_keyframes, affordable - _SPARE))

@@ -17,6 +17,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.keyframe_graph import KeyframeGraph, RelativePose
 from aick_ros.registration.registrar import Registrar
@@ -26,7 +27,6 @@ from aick_ros.settings import OdometrySettings, Settings
 WITNESSES = 2  # by definition: keyframes that must agree
 _MIN_TRACKED = 0.35  # chosen on rendered rooms: share of the keypoints that must be tracked
 MAX_SIGMA = 0.15  # m; chosen: 3 sigma is less than the spacing of repeated furniture
-_GATES = 22.46, 32.91  # by definition: 99.9 % of chi squared with 6 and 12 degrees of freedom
 
 
 class KeyframeSearch:
@@ -89,7 +89,8 @@ class KeyframeSearch:
             return ()
         self._pending.pop(0)
         self._found.append(RelativePose(candidate, self.key, registration.pose))
-        if graph.squared_distance(self._found) > _GATES[len(self._found) - 1]:
+        largest = LARGEST_SQUARED_DISTANCES[6 * len(self._found)]
+        if graph.squared_distance(self._found) > largest:
             self._pending.clear()
             return ()
         return tuple(self._found) if self.is_finished else ()

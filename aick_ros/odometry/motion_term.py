@@ -16,14 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
 
 ROTATION = np.hstack([np.zeros((3, 3)), np.eye(3)])
 """Rows of a term that measures the rotation alone."""
-
-LARGEST_DISAGREEMENT = 5.5
-"""Derived: of three rows, the disagreement by noise is above it once in 1000."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +53,13 @@ class MotionTerm:
         """Return the share of the error of a pose that is left with this term, 6x6."""
         return self._update(pose).kept
 
-    def disagreement(self, pose: PoseWithCovariance) -> float:
-        """Return the squared error of a pose by its covariance, per row; noise gives 1."""
-        return self._update(pose).squared_distance(self.error(pose.matrix)) / len(self.rows)
+    def squared_distance(self, pose: PoseWithCovariance) -> float:
+        """Return the squared error of a pose by its covariance; noise gives K in the mean."""
+        return self._update(pose).squared_distance(self.error(pose.matrix))
+
+    def agrees_with(self, pose: PoseWithCovariance) -> bool:
+        """Return whether a pose differs by no more than noise, which does once in a thousand."""
+        return self.squared_distance(pose) <= LARGEST_SQUARED_DISTANCES[len(self.rows)]
 
     def _update(self, pose: PoseWithCovariance) -> KalmanUpdate:
         return KalmanUpdate.of(pose.covariance, self.rows, self.covariance)

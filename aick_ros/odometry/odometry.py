@@ -83,6 +83,7 @@ class Odometry:
         self._other = OtherOdometry(settings.odometry)
         self._path = Path(settings, self._gyroscope.rotation)
         self._tracking = Tracking()
+        self._refinements = 0  # of the registrar, before this frame
         self._apply(settings, Registrar(settings, self._times, self._learned, detector))
         self.reset(T_odom_camera)
 
@@ -128,11 +129,11 @@ class Odometry:
         :raises InputError: where the pose is not rigid; nothing is changed then.
         """
         self._path.reset(T_odom_camera)
+        self._stamp: int | None = None
         self._begin()
 
     def _begin(self, is_lost: bool = False) -> None:
         self._is_lost = is_lost
-        self._stamp: int | None = None
         self._unchanged_since = 0
         self._velocity = Velocity()
         self._references: References | None = None
@@ -170,16 +171,17 @@ class Odometry:
         """
         Return pose and motion of the camera at a frame.
 
-        A stamp that repeats or goes back a little is answered with BAD_STAMP and changes nothing;
-        one that goes back by more than a second starts a new recording at the pose reached, with
-        roll and pitch by the accelerometer where the odometry is level.
+        A stamp that repeats or goes back a little is answered with BAD_STAMP; of that frame the
+        samples of the IMU alone are used. One that goes back by more than a second starts a new
+        recording at the pose reached, with roll and pitch by the accelerometer where the odometry
+        is level.
 
         :param predict: motion of the camera by another odometry, as of the wheels.
         :param T_base_camera: extrinsic at the frame, 4x4, for a base that moves in a plane; None:
             the base is the camera, its z axis that of the first pose, given or level.
-        :raises InputError: where that motion or the extrinsic is not a rigid transformation; the
-            frame counts as lost without an answer, and the next one is registered as if it had
-            not been.
+        :raises InputError: where the image is too small, or that motion or the extrinsic is not a
+            rigid transformation; nothing is tracked then, and the next frame is registered to
+            the same references.
         """
         return self.register(self._registrar.preparer.begin(frame), predict, T_base_camera)
 
@@ -292,10 +294,10 @@ class Odometry:
 
     def _start(self, prepared: PreparedFrame) -> OdometryUpdate:
         """Make a frame the first keyframe."""
-        count, required = len(prepared.keypoints), self._settings.odometry.min_matches
-        if count < required:
+        count, least = len(prepared.keypoints), self._settings.odometry.min_matches
+        if count < least:
             shortage = depth.shortage(prepared.frame.depth, self._settings.sensor)
-            reason = f'{count} keypoints with depth, at least {required} are required'
+            reason = f'{count} keypoints with depth, at least {least} are required'
             return self._update(prepared, Status.TOO_FEW_KEYPOINTS,
                                 f'{reason}: {shortage}' if shortage else reason)
         recovered, self._is_lost = self._is_lost, False
@@ -328,7 +330,7 @@ class Odometry:
                 detour = registration.covariance
         self._keyframes.advance(references, last, attempt)
         self._path.track(prepared.stamp, reference.pose, registration.pose, references.keyframe,
-                         detour, effort, interval)
+                         detour, interval, effort)
         return self._update(
             prepared, Status.OK, registration.reason, increment=increment, recovered=recovered,
             reference=reference.prepared.keypoints, matches=registration.matches,

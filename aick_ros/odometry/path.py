@@ -143,7 +143,7 @@ class Path:
         return self._filter.velocity
 
     def track(self, stamp: int, reference: PoseWithCovariance, seen: PoseWithCovariance,
-              keyframe: Reference, detour: np.ndarray, effort: Effort, interval: float) -> None:
+              keyframe: Reference, detour: np.ndarray, interval: float, effort: Effort) -> None:
         """
         Advance to a pose that was measured; parameters are as for :meth:`KeyframeMemory.track`.
 
@@ -153,6 +153,6 @@ class Path:
         """
         self.move_to(reference @ seen)
         if self._memory is not None:
-            self._memory.track(keyframe, self._pose.matrix, detour, effort, interval)
+            self._memory.track(keyframe, self._pose.matrix, detour, interval, effort)
         self.gravity.update(stamp, reference, reference.matrix @ seen, self._T_odom_reckoned,
                             self._corrected)

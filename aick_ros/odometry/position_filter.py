@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from aick_ros.geometry import kalman
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.settings import OdometrySettings
@@ -73,8 +73,9 @@ class PositionFilter:
             return
         self._predict(seconds(last, stamp))
         error = measured.translation - self._values[:3]
-        estimate = kalman.measured(self._values, self._covariance, _POSITION,
-                                   measured.covariance[:3, :3], error, LARGEST_SQUARED_DISTANCE)
+        estimate = kalman.measured(
+            self._values, self._covariance, _POSITION, measured.covariance[:3, :3], error,
+            LARGEST_SQUARED_DISTANCES[3])
         if estimate is None:  # the camera was knocked
             self._begin(measured)
             return

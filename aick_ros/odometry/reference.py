@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -53,8 +53,8 @@ class Reference:
     :param pose: ``T_odom_camera`` of the image, whenever it was taken: errors of stamps do not
         add up from image to image.
     :param in_keyframe: ``T_keyframe_camera`` of the two images as registered, with the covariance
-        of all but biases; the identity, without error, if the frame is a keyframe itself. By
-        depth alone, the pose in the frame whose depth it was registered to.
+        of all but biases; None: the frame is a keyframe itself. By depth alone, the pose in the
+        frame whose depth it was registered to.
     :param bias: between keypoints and depth, of that registration; None where it has none.
     :param loss: of a frame that was lost, what was known before: what is registered to that frame
         may follow something that moves in front of the camera, or depth that is wrong in both;
@@ -63,7 +63,7 @@ class Reference:
 
     prepared: PreparedFrame
     pose: PoseWithCovariance
-    in_keyframe: PoseWithCovariance = field(default_factory=PoseWithCovariance.identity)
+    in_keyframe: PoseWithCovariance | None = None
     bias: SensorBias | None = None
     loss: Loss | None = None
 
@@ -91,7 +91,7 @@ class Reference:
             stamps, and the difference of the two biases in the same axes; None where one of them
             is not known.
         """
-        if not self.in_keyframe.covariance.any():
+        if self.in_keyframe is None:
             is_bias_known = registration.bias is not None or registration.is_by_depth
             return (registration.varying_pose if is_bias_known
                     else registration.image_pose), registration.bias
@@ -192,21 +192,25 @@ class References:
         if self.last is not self.shape:
             yield self.last
 
-    def candidates(self) -> Iterator[Reference]:
+    def candidates(self, prepared: PreparedFrame) -> Iterator[Reference]:
         """
         Yield what to register a frame to until one registration is accepted, a few at most.
 
+        A frame that is sharp again is compared with the last sharp keyframe before a blurred one.
         After the keyframe come the last frame before a loss, the last tracked frame and earlier
         ones, the newest first. While lost frames follow each other, these take turns, and the last
         lost frame comes at the end.
         """
-        yield self.keyframe
+        is_sharp = self.is_blurred() and not prepared.is_blurred_beside(self.sharp.prepared)
+        first = [self.sharp, self.keyframe] if is_sharp else [self.keyframe]
+        at_the_end = [] if self._lost is None else [self._lost]
         before = [] if self.loss is None else [self.loss.last]
+        known = {reference.stamp for reference in first}
         others = {reference.stamp: reference
                   for reference in (*before, self.last, *reversed(self._earlier))
-                  if reference.stamp != self.keyframe.stamp}
+                  if reference.stamp not in known}
         in_turn = deque(others.values())
         in_turn.rotate(-self._turn)
-        at_the_end = [] if self._lost is None else [self._lost]
-        yield from list(in_turn)[:_MAX_ATTEMPTS - 1 - len(at_the_end)]
+        yield from first
+        yield from list(in_turn)[:_MAX_ATTEMPTS - len(first) - len(at_the_end)]
         yield from at_the_end

@@ -27,8 +27,9 @@ class OdometryUpdate:
     :param pose: ``T_odom_camera``, its covariance accumulated since the start. Where the frame
         was lost, or repeats, it is predicted or held at constant velocity.
     :param prepared: the frame as it is registered.
-    :param increment: motion since the last tracked frame or, after a loss, since the frame it was
-        found again by; None where nothing was measured.
+    :param increment: motion over its ``interval`` up to the frame: since the last tracked frame
+        or, where it was registered to an earlier one, as after a loss, since that; None where
+        nothing was measured.
     :param expected: motion since the last tracked frame by the motion model or another sensor,
         where the images repeat those of the frame before; None otherwise.
     :param rejected: the motion that was measured but failed a check; None where there is none.

@@ -41,6 +41,8 @@ from aick_ros.settings import Settings
 _PRIOR_FACTORS = 5.0 / 3.0, 1.0
 """Standard deviations of the second pose's prior, by the sigmas of the motion model."""
 
+_LONGEST = 10.0  # s; a camera may be 250 m from where it was expected then: nothing is known
+
 _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
 _MOST = 0.5  # of the keypoints, that must be left without a small object
@@ -109,8 +111,9 @@ class DynamicObjectCheck:
                                     f'{len(near.tracked)} others with the scene')
             if motions.weaker_share > _CERTAIN_SHARE:
                 return found
+        elapsed = min(expected.elapsed, _LONGEST)
         prior = PoseWithCovariance(expected.T_target_source, np.diag(
-            (0.5 * self._prior_sigmas * expected.elapsed ** 2) ** 2))
+            (0.5 * self._prior_sigmas * elapsed ** 2) ** 2))
         second = fuse(prior, PoseWithCovariance(rest.T_target_source, rest.covariance))
         if _is_known(found.fit) and _is_of_scene(rest.fit):
             return _at(second, found, rest,

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import chi2
 
 from aick_ros import kernels
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate, measured, propagated
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, KalmanUpdate, measured, propagated
 
 
 @pytest.fixture
@@ -61,8 +61,9 @@ def test_covariances_stay_symmetric_to_the_last_bit(problem):
         np.testing.assert_array_equal(covariance, covariance.T)
 
 
-def test_one_of_a_thousand_updates_by_three_values_is_beyond_the_largest_distance():
-    assert chi2.sf(LARGEST_SQUARED_DISTANCE, 3) == pytest.approx(0.001, rel=0.03)
+@pytest.mark.parametrize('count', [3, 6, 12])
+def test_one_of_a_thousand_updates_is_beyond_the_largest_distance(count):
+    assert LARGEST_SQUARED_DISTANCES[count] == pytest.approx(chi2.ppf(0.999, count), abs=0.005)
 
 
 @pytest.mark.parametrize('size, count', [(1, 1), (6, 2), (6, 6), (12, 3), (2, 5), (32, 32)])

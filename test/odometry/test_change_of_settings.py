@@ -62,3 +62,13 @@ def test_what_was_learnt_of_the_camera_survives():
     after = odometry.register_frame(late).prepared.stamp_jitter
     assert before > 0.001
     assert after == pytest.approx(before, rel=0.3)
+
+
+def test_after_a_change_of_the_detector_a_late_frame_is_still_late():
+    source = SyntheticSource(SyntheticOptions.perfect(seed=5, frames=3))
+    odometry = Odometry()
+    for i in (0, 1):
+        odometry.register_frame(source.frame(i))
+    odometry.change_settings(with_values(Settings(), {'features.detector': 'sift'}))
+    assert odometry.register_frame(source.frame(0)).status is Status.BAD_STAMP
+    assert odometry.register_frame(source.frame(2)).status is Status.FIRST_FRAME

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from aick_ros.geometry import se3
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.motion_model import MotionModel
-from aick_ros.odometry.motion_term import LARGEST_DISAGREEMENT, ROTATION, MotionTerm
+from aick_ros.odometry.motion_term import ROTATION, MotionTerm
 from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.status import Status
@@ -110,8 +111,8 @@ def with_error(sigmas):
 
 @pytest.mark.parametrize('factor, is_used', [(0.99, True), (1.01, False)])
 def test_a_sensor_that_disagrees_too_much_is_ignored(factor, is_used):
-    """The limit is that of a mean of three squares."""
-    turned = with_error(factor * np.sqrt(3 * LARGEST_DISAGREEMENT))
+    """The limit is that of three squares."""
+    turned = with_error(factor * np.sqrt(LARGEST_SQUARED_DISTANCES[3]))
     motion = expected(Turns(turned)).between(0, STEP, TWIST)
     prior = MotionModel(SETTINGS).predict(TWIST, 0.05)
     assert (se3.angle(motion.rotation.T @ prior.rotation) > 1e-3) == is_used
@@ -128,10 +129,10 @@ def test_at_the_limit_a_sensor_is_used_and_beside_it_not(monkeypatch):
             (prior, lambda: model.between(0, STEP, TWIST)),
             (seen.pose, lambda: model.joined(seen, 0, STEP).pose),
             (seen.pose, lambda: model.joined_increment(increment, 0, STEP).pose)):
-        limit = term.disagreement(pose)
+        limit = term.squared_distance(pose)
         for largest, is_used in ((limit, True), (np.nextafter(limit, 0.0), False)):
             monkeypatch.setattr(
-                'aick_ros.odometry.expected_motion.LARGEST_DISAGREEMENT', largest)
+                'aick_ros.odometry.motion_term.LARGEST_SQUARED_DISTANCES', {3: largest})
             assert (joined().covariance[3, 3] < pose.covariance[3, 3]) == is_used
 
 

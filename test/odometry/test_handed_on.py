@@ -57,7 +57,7 @@ def test_the_first_frame_is_where_it_is_told_and_begins_plane_and_memory(parts, 
     assert first.prepared is update.prepared
     np.testing.assert_array_equal(first.pose.matrix, START)
     assert_same(joined(first.pose), first.pose @ parts.joined)
-    assert not first.pose.covariance.any() and not first.in_keyframe.covariance.any()
+    assert not first.pose.covariance.any() and first.in_keyframe is None
     assert update.level_start is not parts.start  # its own
     np.testing.assert_array_equal(update.level_start, parts.start)
 
@@ -201,7 +201,7 @@ def test_the_memory_advances_after_the_keyframe_was_chosen(parts, tracked, attem
         lambda references, last, attempt: references.track(last, last))
     tracked(attempt_to())
     (_, last, _), = parts.asked('KeyframeChoice', 'advance')
-    (keyframe, T_reckoned_camera, detour, effort, _), = parts.asked('KeyframeMemory', 'track')
+    (keyframe, T_reckoned_camera, detour, _, effort), = parts.asked('KeyframeMemory', 'track')
     assert keyframe is last
     np.testing.assert_allclose(
         T_reckoned_camera, START @ parts.attempt.registration.T_target_source @ parts.joined,
@@ -215,7 +215,7 @@ def test_the_memory_advances_after_the_keyframe_was_chosen(parts, tracked, attem
 def test_a_detour_is_a_registration_by_keypoints_to_another_frame(
         parts, tracked, attempt_to, to, evidence, is_detour):
     tracked(attempt_to(), attempt_to(to, evidence=evidence))
-    *_, detour, effort, _ = parts.asked('KeyframeMemory', 'track')[-1]
+    *_, detour, _, effort = parts.asked('KeyframeMemory', 'track')[-1]
     assert effort is (Effort.LEAST if to == 'keyframe' else Effort.MORE)
     np.testing.assert_array_equal(
         detour, parts.attempt.registration.covariance if is_detour else np.zeros((6, 6)))
@@ -232,7 +232,7 @@ def test_several_refinements_are_much_effort(parts, tracked, attempt_to, refinem
     one.odometry._registrar.refinements = 7
     parts.attempts = [refined]
     one.take(0.2)
-    assert [told[3] for told in parts.asked('KeyframeMemory', 'track')] == [Effort.LEAST, effort]
+    assert [told[4] for told in parts.asked('KeyframeMemory', 'track')] == [Effort.LEAST, effort]
 
 
 def test_the_gyroscope_learns_from_what_the_images_alone_show(parts, tracked, attempt_to):

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -95,11 +94,6 @@ def test_two_that_agree_are_accepted():
 @pytest.mark.parametrize('wrong', [{0: 0.1}, {1: 0.1}, {0: 0.1, 1: 0.1}, {0: -0.5, 1: -0.5}])
 def test_what_the_graph_contradicts_is_not_accepted(wrong):
     assert search(wrong) == ()
-
-
-def test_the_gates_are_passed_by_999_of_1000_right_measurements():
-    quantiles = stats.chi2.ppf(0.999, (6, 12))
-    np.testing.assert_allclose(keyframe_search._GATES, quantiles, atol=0.005)
 
 
 @pytest.mark.parametrize('square, is_sought', [(22.0, True), (23.0, False)])
@@ -209,7 +203,8 @@ def test_at_its_gate_a_measurement_is_accepted(monkeypatch):
     for gates, is_accepted in (
             (limits, True), ((np.nextafter(limits[0], -1.0), limits[1]), False),
             ((limits[0], np.nextafter(limits[1], -1.0)), False)):
-        monkeypatch.setattr(keyframe_search, '_GATES', gates)
+        monkeypatch.setattr(keyframe_search, 'LARGEST_SQUARED_DISTANCES',
+                            dict(zip((6, 12), gates)))
         assert bool(search()) == is_accepted
 
 

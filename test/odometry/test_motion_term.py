@@ -3,8 +3,11 @@
 
 """Terms of other sensors against the minimum of the whole least-squares problem."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -60,10 +63,23 @@ def test_what_is_kept_and_what_is_new_make_the_covariance(term):
                        term.added_to(SEEN).covariance)
 
 
-def test_disagreement_is_one_in_the_mean_of_noise():
+def test_the_squared_distance_of_noise_is_the_number_of_rows_in_the_mean():
     rng, squares = np.random.default_rng(1), []
     for _ in range(400):
         error = rng.multivariate_normal(np.zeros(3), SEEN.covariance[3:, 3:] + 1e-6 * np.eye(3))
         squares.append(MotionTerm(measured([1, 2, 3, *error]), ROTATION,
-                                  1e-6 * np.eye(3)).disagreement(SEEN))
-    assert 0.87 < np.mean(squares) < 1.14  # chi-squared of 1200, by 1200: once in a thousand
+                                  1e-6 * np.eye(3)).squared_distance(SEEN))
+    assert 2.61 < np.mean(squares) < 3.42  # chi-squared of 1200, by 400: once in a thousand
+
+
+@pytest.mark.parametrize('rows', [ROTATION, np.eye(6)])
+def test_noise_agrees_999_times_of_1000_however_many_rows_are_measured(rows):
+    """The squared distance along one row, at its limit."""
+    limit = chi2.ppf(0.999, len(rows))
+    term = MotionTerm(SEEN.matrix, rows, 1e-6 * np.eye(len(rows)))
+    expected = rows @ SEEN.covariance @ rows.T + term.covariance
+    step = np.linalg.cholesky(expected)[:, 0]
+    for factor, agrees in ((0.99, True), (1.01, False)):
+        deviation = rows.T @ (factor * np.sqrt(limit) * step)
+        moved = dataclasses.replace(term, T_target_source=se3.perturbed(SEEN.matrix, deviation))
+        assert moved.agrees_with(SEEN) == agrees

@@ -180,7 +180,7 @@ def test_a_frame_that_nothing_registers_is_where_it_is_expected(parts, two, atte
     *stamps, twist = parts.asked('ExpectedMotion', 'without_images')[-1]
     assert stamps == [tracked.stamp, update.stamp]
     np.testing.assert_allclose(twist, tracked.increment.twist)
-    *_, lost = references.candidates()
+    *_, lost = references.candidates(update.prepared)
     assert lost.prepared is update.prepared
     assert_same(lost.pose, pose)
     assert update.increment is update.expected is update.rejected is None

@@ -12,6 +12,7 @@ from aick_ros.settings import OdometrySettings
 
 SETTINGS = OdometrySettings()
 FRAMES = 400
+INTERVAL = 1 / 30  # s
 
 
 @pytest.fixture
@@ -29,7 +30,7 @@ def corrected(walk, drift, settings=SETTINGS):
     correction = PoseCorrection(settings)
     published, errors = [], []
     for reckoned in walk:
-        errors.append(correction.approach(drift @ reckoned, reckoned))
+        errors.append(correction.approach(drift @ reckoned, reckoned, INTERVAL))
         published.append(correction.T_odom_reckoned @ reckoned)
     return published, errors
 
@@ -59,10 +60,17 @@ def test_a_small_correction_takes_a_sixtieth_of_what_is_left_each_frame(walk):
     np.testing.assert_allclose(left[1:] / left[:-1], 59 / 60, rtol=1e-4)
 
 
+@pytest.mark.parametrize('interval, share', [(0.2, 0.1), (2.0, 1.0), (60.0, 1.0)])
+def test_where_frames_come_slowly_each_takes_as_much_as_its_time_allows(interval, share):
+    correction = PoseCorrection(SETTINGS)
+    left = correction.approach(se3.exp([1e-4, 0, 0, 0, 0, 0]), np.eye(4), interval)
+    assert left[0] == pytest.approx((1.0 - share) * 1e-4)
+
+
 def test_other_settings_hold_from_the_next_frame_on(walk):
     correction = PoseCorrection(SETTINGS)
     correction.configure(OdometrySettings(correction_step=2e-4, correction_turn=1.0))
-    left = correction.approach(se3.exp([1.0, 0, 0, 0, 0, 0]) @ walk[0], walk[0])
+    left = correction.approach(se3.exp([1.0, 0, 0, 0, 0, 0]) @ walk[0], walk[0], INTERVAL)
     assert left[0] == pytest.approx(1.0 - 2e-4)
 
 

@@ -151,8 +151,8 @@ def test_a_knock_is_farther_than_its_limit(monkeypatch):
     variance, error = 1e-4, 0.25
     expected = 2 * variance + INTERVAL ** 2 + (0.5 * ACCELERATION * INTERVAL ** 2) ** 2
     for factor, is_knocked in ((0.999, True), (1.001, False)):
-        monkeypatch.setattr('aick_ros.odometry.position_filter.LARGEST_SQUARED_DISTANCE',
-                            factor * error ** 2 / expected)
+        monkeypatch.setattr('aick_ros.odometry.position_filter.LARGEST_SQUARED_DISTANCES',
+                            {3: factor * error ** 2 / expected})
         position_filter, measured = PositionFilter(OdometrySettings()), np.eye(4)
         for i in range(2):
             measured[1, 3] = i * error

@@ -170,8 +170,8 @@ def tracked(times, keyframe=None):
     return references
 
 
-def seconds(references):
-    return [candidate.stamp / NANOSECONDS for candidate in references.candidates()]
+def seconds(references, prepared=View(9.0, 1)):
+    return [candidate.stamp / NANOSECONDS for candidate in references.candidates(prepared)]
 
 
 def test_the_keyframe_comes_first_then_the_last_frame_then_an_earlier_one():
@@ -226,7 +226,19 @@ def test_the_last_frame_before_a_loss_is_tried_until_one_from_before_it_is_found
     references.track(reference(2.1), reference(2.0))
     assert seconds(references) == [2.0, *([] if found < 2.0 else [1.3]), 2.1,
                                    *([1.2] if found < 2.0 else [])]
-    assert found < 2.0 or list(references.candidates())[1].prepared.is_bare
+    assert found < 2.0 or list(references.candidates(View(9.0, 1)))[1].prepared.is_bare
+
+
+@pytest.mark.parametrize('is_lost', [True, False])
+def test_after_a_blur_the_sharp_keyframe_comes_first_and_once(is_lost):
+    """Of three references, of which a lost one is the last."""
+    references = tracked([0.0, 0.4, 0.8], keyframe=0.0)
+    blurred = reference(0.9, sharpness=0)
+    references.track(blurred, blurred)
+    if is_lost:
+        references.lose(Reference(View(1.0, 1), ORIGIN))
+    assert seconds(references) == [0.0, 0.9, 1.0 if is_lost else 0.8]
+    assert seconds(references, View(9.0, 0))[0] == 0.9
 
 
 def test_after_a_tracked_frame_the_lost_ones_are_forgotten():

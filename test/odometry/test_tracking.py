@@ -102,7 +102,7 @@ def test_a_search_waits_for_frames_that_are_registered_in_the_shortest_way(frame
     for interval in (1, 4):
         easy = []
         monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(
-            args[3] is Effort.LEAST))
+            args[4] is Effort.LEAST))
         odometry = every(interval)
         updates = [odometry.register_frame(frame) for frame in frames[0]]
         tracked = [update.prepared.is_tracked for update in updates[1:]]
@@ -115,7 +115,7 @@ def test_a_search_waits_while_frames_are_registered_to_others_than_the_keyframe(
     """The last frame, where the keyframe is of another place."""
     easy = []
     monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(
-            args[3] is Effort.LEAST))
+            args[4] is Effort.LEAST))
     odometry = every(1)
     for frame in frames[0][:3]:
         odometry.register_frame(frame)

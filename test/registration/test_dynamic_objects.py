@@ -519,3 +519,12 @@ def test_where_both_are_on_what_has_moved_before_depth_decides_without_keypoints
     checked = played.check()
     assert len(played.refined) == 2 and len(played.refined[1][0].keypoints) == 0
     np.testing.assert_allclose(checked.T_target_source, played.second(1).matrix, atol=1e-12)
+
+
+def test_a_motion_of_which_nothing_is_known_is_compared_without_a_prior(play):
+    """As of a pair without stamps that tell: the time since its velocity was measured is inf."""
+    played = play()
+    played.is_lost, played.better = True, [False]
+    found = played.opinion.check(played.found, played.source, played.target,
+                                 ExpectedPose(EXPECTED).checked())
+    assert found is played.found and played.refined

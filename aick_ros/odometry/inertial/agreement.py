@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from aick_ros.geometry import definite, se3
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES
 from aick_ros.odometry.inertial.disagreement import Disagreement
 from aick_ros.odometry.inertial.rotation_integral import Turn
-from aick_ros.odometry.motion_term import LARGEST_DISAGREEMENT
 
 _FLOOR = np.radians(0.15)
 """Error of a rotation of the camera that its covariance may miss [rad], chosen."""
@@ -62,7 +62,8 @@ class Agreement:
         :param covariance: 3x3, of the error.
         """
         expected = covariance + _FLOOR ** 2 * np.eye(3)
-        agrees = float(error @ definite.solve(expected, error)) / 3 <= LARGEST_DISAGREEMENT
+        square = float(error @ definite.solve(expected, error))
+        agrees = square <= LARGEST_SQUARED_DISTANCES[3]
         self._disagreement.note(agrees)
         if agrees:
             self._agreed += 1

@@ -21,7 +21,7 @@ import numpy as np
 
 from aick_ros import kernels
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, measured
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, measured
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.inertial.force_integral import Impulse
 from aick_ros.odometry.inertial.level import Direction
@@ -121,7 +121,7 @@ class GravityFilter:
         """Update by a position [m], and return whether it is one of noise; else change nothing."""
         error = position - self.values[_P]
         estimate = measured(self.values, self.covariance, _POSITION, covariance, error,
-                            LARGEST_SQUARED_DISTANCE)
+                            LARGEST_SQUARED_DISTANCES[3])
         if estimate is None:
             return False
         self.values, self.covariance = estimate

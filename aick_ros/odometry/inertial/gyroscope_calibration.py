@@ -21,7 +21,7 @@ import math
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, KalmanUpdate
 from aick_ros.odometry.inertial.rotation_integral import Turn
 from aick_ros.settings import ImuSettings
 
@@ -156,7 +156,7 @@ class GyroscopeCalibration:
                   covariance: np.ndarray) -> np.ndarray:
         """Return the covariance of an error or, where it is too large, one by which it may be."""
         square = KalmanUpdate.of(self.covariance, jacobian, covariance).squared_distance(error)
-        larger: np.ndarray = max(square / LARGEST_SQUARED_DISTANCE, 1.0) * covariance
+        larger: np.ndarray = max(square / LARGEST_SQUARED_DISTANCES[3], 1.0) * covariance
         return larger
 
     def _join(self) -> None:

@@ -20,7 +20,6 @@ _TILT = slice(3, 5)  # by definition: rotations about x and y
 _TILT_BY_UP = se3.skew(UP)[:2]  # derivative of these by the direction
 
 _TIME = 1.0  # s; chosen: the direction of gravity changes by less than noise meanwhile
-_MAX_TURN = 0.0017  # rad; chosen: a tenth of a degree per frame is no jump
 
 _FASTEST = 0.0001
 """Largest turn per second [rad].
@@ -103,7 +102,7 @@ class Level:
 
         :param up: in the frame that has drifted.
         :param pose: ``T_drifted_camera``, with its covariance since the start.
-        :param elapsed: time since the last step [s].
+        :param elapsed: time since the last step, less than a second [s].
         """
         seen = up.in_axes(self._T_level_drifted[:3, :3])
         self._noise = _TILT_BY_UP @ seen.covariance @ _TILT_BY_UP.T
@@ -111,7 +110,7 @@ class Level:
         angle = max(math.hypot(*error), 1e-12)
         uncertain = math.sqrt(error[:2] @ self._noise @ error[:2]) / angle
         significant = max(angle - uncertain, 0.0)
-        turn = min(min(elapsed / _TIME, 1.0) * significant, _FASTEST * elapsed, _MAX_TURN)
+        turn = min(significant / _TIME, _FASTEST) * elapsed
         step = turn / angle * error
         levelled = se3.perturbed(self._T_level_drifted @ pose.matrix,
                                  np.concatenate([np.zeros(3), step]))

@@ -72,13 +72,6 @@ def test_what_gravity_does_not_know_is_not_corrected():
     assert np.degrees(tilt(level)) == pytest.approx(0.5, abs=0.01)
 
 
-def test_a_step_is_no_jump():
-    level = Level()
-    level.approach(up(1e-5), CAMERA, 0.2)
-    turned = level.apply(CAMERA).rotation @ CAMERA.rotation.T
-    assert 0.05 < np.degrees(se3.angle(turned)) < 0.1
-
-
 def test_roll_and_pitch_are_as_uncertain_as_gravity_and_what_is_left():
     level, certain = Level(), PoseWithCovariance(CAMERA.matrix, 1e-4 ** 2 * np.eye(6))
     assert np.allclose(level.apply(certain).covariance, certain.covariance)
@@ -180,7 +173,7 @@ def test_gravity_says_nothing_of_yaw_and_position_but_by_what_correlates_with_ti
 
 def test_a_small_error_is_corrected_in_a_second():
     small = se3.exp_rotation([1e-4, 0.0, 0.0])
-    for elapsed, share in ((0.1, 0.1), (0.5, 0.5), (1.0, 1.0), (3.0, 1.0)):
+    for elapsed, share in ((0.1, 0.1), (0.5, 0.5), (1.0, 1.0)):
         level = Level()
         level.approach(Direction(small.T @ UP, 1e-20 * np.eye(3)), CAMERA, elapsed)
         turned = se3.log_rotation(level.apply(CAMERA).rotation @ CAMERA.rotation.T)
