@@ -17,6 +17,9 @@ README = (ROOT / 'README.md').read_text()
 PAGES = {page.name: page.read_text() for page in sorted((ROOT / 'docs').glob('*.md'))}
 GENERATED = runpy.run_path(str(ROOT / 'tools' / 'write_docs.py'))
 REMEDY = 'run tools/write_docs.py'
+CONCEPTS = 'architecture.md', 'learned_errors.md', 'expected_motion.md'
+LONGEST_CONCEPT = 450  # characters
+LONGEST_SENTENCE = 30  # words, or a part of one up to a colon or semicolon
 
 
 def aick(*arguments):
@@ -93,15 +96,47 @@ def test_each_camera_is_named():
         assert f'| `{file.stem}` |' in PAGES['cameras.md']
 
 
-def test_at_most_twelve_concepts():
-    concepts = PAGES['architecture.md'].partition('concepts\n')[2].partition('\n## ')[0]
-    assert 0 < len(re.findall(r'^\d+\. \*\*', concepts, re.MULTILINE)) <= 12
+@pytest.mark.parametrize('page', CONCEPTS)
+def test_each_concept_is_a_short_paragraph(page):
+    paragraphs = [text for text in PAGES[page].split('\n\n') if text.startswith('**')]
+    assert paragraphs
+    for paragraph in paragraphs:
+        assert len(paragraph) <= LONGEST_CONCEPT, paragraph
+        for sentence in re.split(r'[.;:]\s', paragraph):
+            assert len(sentence.split()) <= LONGEST_SENTENCE, sentence
 
 
-@pytest.mark.parametrize('page', ['docs/architecture.md', 'CONTRIBUTING.md'])
+@pytest.mark.parametrize('page', [*(f'docs/{page}' for page in CONCEPTS), 'CONTRIBUTING.md'])
 def test_files_and_folders_named_exist(page):
-    for place in re.findall(r'`([\w/]+/(?:\w+\.\w+)?)[^`]*`', (ROOT / page).read_text()):
+    text = (ROOT / page).read_text()
+    for place in re.findall(r'`([\w/]+/(?:\w+\.\w+)?)[^`]*`', text):
         assert any((folder / place).exists() for folder in (ROOT, ROOT / 'aick_ros')), place
+    names = {file.name for folder in ('aick_ros', 'test', 'tools') for file in
+             (ROOT / folder).rglob('*.py')} | {'setup.py'}
+    assert set(re.findall(r'`(\w+\.py)`', text)) <= names
+
+
+def test_the_calls_of_a_frame_are_of_functions_that_exist():
+    calls = re.findall(r'^ *([\w/]+\.py): (?:(\w+)\.)?(\w+)  ', PAGES['architecture.md'],
+                       re.MULTILINE)
+    assert len(calls) > 30
+    for file, owner, name in calls:
+        scope = ast.parse((ROOT / 'aick_ros' / file).read_text())
+        if owner:
+            scope, = (node for node in scope.body
+                      if isinstance(node, ast.ClassDef) and node.name == owner)
+        assert name in {node.name for node in scope.body
+                        if isinstance(node, ast.FunctionDef)}, f'{file}: {owner}.{name}'
+
+
+def test_imports_run_downwards_in_the_picture():
+    picture = re.search(r'```text\n(.*?)```', PAGES['architecture.md'], re.DOTALL)[1]
+    rows = {name: row for row, line in enumerate(picture.splitlines())
+            for name in re.findall(r'\w+', line)}
+    imports = runpy.run_path(str(ROOT / 'test' / 'test_house.py'))['IMPORTS']
+    assert set(rows) == set(imports)
+    for room, allowed in imports.items():
+        assert all(rows[other] > rows[room] for other in allowed.split() if other != '_kernels')
 
 
 def test_each_folder_has_its_sentence():
