@@ -40,7 +40,7 @@ DATA_FILES = [
     (f'lib/{PACKAGE}', glob('scripts/*')),
 ]
 
-# Loops over keypoints and cells; the stable interface serves every Python from 3.11 on
+# Loops and small algebra; the stable interface serves every Python from 3.11 on
 KERNEL_FILES = sorted(glob('src/kernels/*'))
 DIGEST = sha256(b''.join(Path(file).read_bytes() for file in KERNEL_FILES)).hexdigest()
 KERNELS = Extension(

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The loops over pixels, keypoints and cells that are compiled (``src/kernels``)."""
+"""What is compiled (``src/kernels``): loops over pixels, keypoints and cells; small algebra."""
 
 from aick_ros.errors import InputError
 
