@@ -96,6 +96,14 @@ def test_each_camera_is_named():
         assert f'| `{file.stem}` |' in PAGES['cameras.md']
 
 
+def test_the_speed_in_the_readme_is_that_of_its_page():
+    stated = re.search(r'A frame takes (\S+) of the processor time of cv2.Odometry on depth',
+                       README)
+    measured = re.search(r'^\| the default, by cv2.Odometry on depth \| (\S+) \|$',
+                         PAGES['performance.md'], re.MULTILINE)
+    assert float(stated[1]) == float(measured[1])
+
+
 @pytest.mark.parametrize('page', CONCEPTS)
 def test_each_concept_is_a_short_paragraph(page):
     paragraphs = [text for text in PAGES[page].split('\n\n') if text.startswith('**')]
