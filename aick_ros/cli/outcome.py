@@ -5,16 +5,10 @@
 
 from __future__ import annotations
 
+from aick_ros.cli import exit_codes
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.input.reading import COMPLETE, INTERRUPTED, Reading
 from aick_ros.cli.output.console import say
-
-DONE = 0
-DEFECT = 1
-UNUSABLE_INPUT = 2
-REGRESSION = 3
-INTERRUPTED_BY_USER = 130
-PIPE_CLOSED = 141
 
 
 def of_reading(reading: Reading, is_untracked: bool = False) -> int:
@@ -26,14 +20,14 @@ def of_reading(reading: Reading, is_untracked: bool = False) -> int:
     code = of_damage(reading.damage)
     if reading.ended == INTERRUPTED:
         say('interrupted; the output is complete up to this point')
-        return INTERRUPTED_BY_USER
+        return exit_codes.INTERRUPTED_BY_USER
     if reading.ended != COMPLETE:
         say(reading.ended)
-        return UNUSABLE_INPUT
-    return UNUSABLE_INPUT if is_untracked else code
+        return exit_codes.UNUSABLE_INPUT
+    return exit_codes.UNUSABLE_INPUT if is_untracked else code
 
 
 def of_damage(damage: DamageLog) -> int:
     """Report the number of skipped images, and return the exit code."""
     damage.close()
-    return UNUSABLE_INPUT if damage.count else DONE
+    return exit_codes.UNUSABLE_INPUT if damage.count else exit_codes.DONE

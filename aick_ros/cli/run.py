@@ -20,7 +20,7 @@ import typer
 import aick_ros
 from aick_ros.borders import no_memory
 from aick_ros.borders.streams import flush_output
-from aick_ros.cli import outcome
+from aick_ros.cli import exit_codes
 from aick_ros.cli.app import app
 from aick_ros.cli.output.console import say
 from aick_ros.cli.packages import missing_package
@@ -36,7 +36,7 @@ def run(arguments: Sequence[str]) -> int:
     """
     Run one command line.
 
-    :returns: an exit code of :mod:`aick_ros.cli.outcome`.
+    :returns: an exit code of :mod:`aick_ros.cli.exit_codes`.
     """
     _prepare_streams()
     arguments = list(arguments) or ['--help']
@@ -46,19 +46,19 @@ def run(arguments: Sequence[str]) -> int:
         return _invoke(command)
     except InputError as error:
         say(str(error))
-        return outcome.UNUSABLE_INPUT
+        return exit_codes.UNUSABLE_INPUT
     except KeyboardInterrupt:
         say('interrupted')
-        return outcome.INTERRUPTED_BY_USER
+        return exit_codes.INTERRUPTED_BY_USER
     except BrokenPipeError:
-        return outcome.PIPE_CLOSED  # the reader of the output has closed it
+        return exit_codes.PIPE_CLOSED  # the reader of the output has closed it
     except Exception as error:
         sentence = _user_sentence(error)
         if sentence:
             say(sentence)
-            return outcome.UNUSABLE_INPUT
+            return exit_codes.UNUSABLE_INPUT
         _report_defect(error, arguments, show_traceback)
-        return outcome.DEFECT
+        return exit_codes.DEFECT
     finally:
         flush_output()
 
@@ -90,7 +90,7 @@ def _invoke(arguments: list[str]) -> int:
     except typer.Exit as end:
         code = end.exit_code
     sys.stdout.flush()
-    return code or outcome.DONE
+    return code or exit_codes.DONE
 
 
 def _user_sentence(error: Exception) -> str:

@@ -4,6 +4,7 @@
 """Sentences and exit codes for everything that can go wrong."""
 
 import errno
+import functools
 import os
 import re
 import signal
@@ -377,14 +378,18 @@ aick_ros.cli.main = interrupted
     assert run.returncode == 130
 
 
+@functools.cache
+def message(columns, *arguments):
+    """Return what the command says in a terminal of a width."""
+    return subprocess.run(
+        [sys.executable, '-m', 'aick_ros', *arguments], capture_output=True, text=True,
+        check=False, env={**os.environ, 'PYTHONPATH': str(ROOT), 'COLUMNS': columns}).stderr
+
+
 @pytest.mark.parametrize('columns', ['0', '2', '²', '9' * 30])
-def test_nothing_is_lost_at_an_impossible_width(columns):
-    def output(arguments, **environment):
-        command = [sys.executable, '-m', 'aick_ros', *arguments.split()]
-        return subprocess.run(command, capture_output=True, text=True, check=False, env={
-            **os.environ, 'PYTHONPATH': str(ROOT), **environment}).stderr
-    for arguments in ('replay none', 'replay --limit'):
-        assert output(arguments, COLUMNS=columns) == output(arguments, COLUMNS='80') != ''
+@pytest.mark.parametrize('arguments', [('replay', 'none'), ('none', '--limit')])
+def test_nothing_is_lost_at_an_impossible_width(columns, arguments):
+    assert message(columns, *arguments) == message('80', *arguments) != ''
 
 
 def test_descriptors_of_closed_streams_are_given_to_no_file(tmp_path):

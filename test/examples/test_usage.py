@@ -10,6 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.writers.tum_writer import write_tum
+
 EXAMPLES = sorted((Path(__file__).parents[2] / 'examples').glob('*.py'))
 
 
@@ -36,9 +39,10 @@ def test_a_recording_that_is_missing_is_named_in_one_sentence(example, tmp_path)
     assert 'does not exist' in line or 'No such file' in line
 
 
-def test_a_recording_that_is_too_short_for_the_gap_is_named():
-    line = sentence(EXAMPLES[0].with_name('register_two_frames.py'), 'synthetic:1', 100_000)
-    assert line == 'synthetic:1 has no frame 100000 after its first: give a smaller GAP'
+def test_a_recording_that_is_too_short_for_the_gap_is_named(tmp_path):
+    write_tum(tmp_path / 'room', SyntheticSource(SyntheticOptions.perfect(seed=5, frames=2)))
+    line = sentence(EXAMPLES[0].with_name('register_two_frames.py'), tmp_path / 'room', 9)
+    assert line == f'{tmp_path}/room has no frame 9 after its first: give a smaller GAP'
 
 
 def test_an_array_that_is_missing_is_named(tmp_path):

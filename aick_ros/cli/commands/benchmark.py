@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
-from aick_ros.cli import outcome
+from aick_ros.cli import exit_codes, outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.input.interruption import Interruption
@@ -204,4 +204,4 @@ def _interrupted(json: str | None) -> int:
         say('interrupted; nothing is kept: give --json FILE to be able to resume a run')
     else:
         say(f'interrupted; the same command resumes from {json}.partial')
-    return outcome.INTERRUPTED_BY_USER
+    return exit_codes.INTERRUPTED_BY_USER

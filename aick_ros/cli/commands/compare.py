@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from aick_ros.cli import outcome
+from aick_ros.cli import exit_codes
 from aick_ros.cli.input import options
 from aick_ros.cli.output.console import say, table
 from aick_ros.cli.output.files import write_json, write_whole
@@ -57,8 +57,8 @@ def compare(runs: Runs, out: Out = Path('comparison.html'), json: options.JsonFi
                    for metric in comparison.regressions]
     if fail_on_regression and regressions:
         say(f'worse than {runs[0]}: {"; ".join(regressions)}')
-        return outcome.REGRESSION
-    return outcome.DONE
+        return exit_codes.REGRESSION
+    return exit_codes.DONE
 
 
 def _read(path: Path) -> dict[str, Run]:

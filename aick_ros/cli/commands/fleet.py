@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from aick_ros.cli import outcome
+from aick_ros.cli import exit_codes
 from aick_ros.cli.fleet.content import identity_of, state_of
 from aick_ros.cli.fleet.job import Finished, Job, run_job
 from aick_ros.cli.fleet.recordings import find_recordings
@@ -177,7 +177,7 @@ class _Fleet:
     def code(self, rows: Sequence[Row]) -> int:
         """Return the exit code of a fleet with these rows, which was not interrupted."""
         is_whole = not self.unasked and all(map(is_tracked, rows))
-        return outcome.DONE if is_whole else outcome.UNUSABLE_INPUT
+        return exit_codes.DONE if is_whole else exit_codes.UNUSABLE_INPUT
 
     def _left(self) -> list[Job]:
         left = []
@@ -237,7 +237,7 @@ def _report(rows: Sequence[Row], page: str, out: Path, json: str | None) -> None
 def _interrupted(left: int) -> int:
     are = 'run is' if left == 1 else 'runs are'
     say(f'interrupted; {left} {are} left, the same command resumes')
-    return outcome.INTERRUPTED_BY_USER
+    return exit_codes.INTERRUPTED_BY_USER
 
 
 def _facts(failure: Failure) -> Row:

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from aick_ros.cli import outcome
+from aick_ros.cli import exit_codes, outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.output.console import decimal, line, progress, say, table
@@ -105,7 +105,7 @@ def _noise_of_imu(path: Path, topic: str | None, settings: Settings, json: str |
             if json is not None:
                 write_json(json, found.to_json())
             show_imu_noise(found, settings.imu, on_stderr=json == STANDARD_OUTPUT)
-    return outcome.DONE
+    return exit_codes.DONE
 
 
 def _show(found: CameraNoise, on_stderr: bool) -> None:

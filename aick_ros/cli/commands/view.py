@@ -14,7 +14,7 @@ import typer
 
 from aick_ros.borders.address_space import check_address_space
 from aick_ros.borders.open_files import check_open_files
-from aick_ros.cli import outcome
+from aick_ros.cli import exit_codes, outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.input.reading import Reading
@@ -121,7 +121,7 @@ def _watch(namespace: str, remaps: list[str], save: Path | None, web: bool,
             next(hints, None)
     say(f'{watcher.frames} frames were shown')
     is_in_vain = limit is not None and not watcher.frames and not interruption.requested
-    return outcome.UNUSABLE_INPUT if is_in_vain else outcome.DONE
+    return exit_codes.UNUSABLE_INPUT if is_in_vain else exit_codes.DONE
 
 
 def _ends(watcher: Watcher, limit: int | None) -> Iterator[bool]:
@@ -166,7 +166,7 @@ def _show_run(path: Path, save: Path | None, web: bool, is_plain: bool) -> int:
         for record in run.records:
             shown.add_record(record)
         _wait_for_the_end(web)
-    return outcome.DONE
+    return exit_codes.DONE
 
 
 def _show_recording(recording: RgbdSource, limit: int | None, settings: Settings,
