@@ -148,12 +148,12 @@ class Attempts:
 
     def _checked(self, prepared: PreparedFrame, reference: Reference,
                  seen: Registration) -> Attempt:
-        joined = self._expected.joined(seen, reference.stamp, prepared.stamp)
+        fused = self._expected.fused(seen, reference.stamp, prepared.stamp)
         if reference.loss is not None and reference.loss.twist is not None:
-            joined = self._expected.doubted(joined, reference.stamp, prepared.stamp,
-                                            reference.loss.twist)
-        increment = Increment(joined.pose, seconds(reference.stamp, prepared.stamp))
-        return Attempt(reference, seen, joined, increment, *self._check(joined, increment))
+            fused = self._expected.doubted(fused, reference.stamp, prepared.stamp,
+                                           reference.loss.twist)
+        increment = Increment(fused.pose, seconds(reference.stamp, prepared.stamp))
+        return Attempt(reference, seen, fused, increment, *self._check(fused, increment))
 
     def _recognised(self, attempt: Attempt, prepared: PreparedFrame) -> Attempt:
         """

@@ -6,7 +6,7 @@ The motion that is expected of the camera, with its covariance, whoever expects 
 
 It is that of the motion model, or of another odometry, with a term for each sensor that measures
 a part of it. Registrations begin there, frames without images continue there, and what the images
-show is joined with the same terms.
+show is fused with the same terms.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class ExpectedMotion:
         if twist is None or not self._motion_model.holds(seconds(start, end)):
             return self.without_images(start, end, twist)
         motion = self._motion_model.predict(twist, seconds(start, end))
-        return self._fused(motion, start, end)
+        return self._with_terms(motion, start, end)
 
     def steady(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance | None:
         """Return the motion at constant velocity; None: unknown, or what is expected anyway."""
@@ -87,16 +87,16 @@ class ExpectedMotion:
         rate = self._gyroscope.rate_at(stamp)
         return twist if rate is None else np.concatenate([twist[:3], rate])
 
-    def joined(self, seen: Registration, start: int, end: int) -> Registration:
+    def fused(self, seen: Registration, start: int, end: int) -> Registration:
         """Return the registration of a frame to a keyframe, by their stamps [ns], with terms."""
         if not seen.status.ok or seen.is_by_depth:
             return seen  # the latter was registered with the expected motion as a term
         for term in self._terms(start, end, is_summed=True):
             if not term.agrees_with(seen.pose):
                 continue
-            joined, kept = term.added_to(seen.pose), term.kept(seen.pose)
+            fused, kept = term.added_to(seen.pose), term.kept(seen.pose)
             seen = replaced(
-                seen, T_target_source=joined.matrix, covariance=joined.covariance,
+                seen, T_target_source=fused.matrix, covariance=fused.covariance,
                 systematic=kept @ seen.systematic @ kept.T, unusual=kept @ seen.unusual @ kept.T,
                 timing=kept @ seen.timing @ kept.T)
         return seen
@@ -120,12 +120,12 @@ class ExpectedMotion:
         off = se3.difference(motion, self.between(start, end, twist).matrix)
         return np.outer(off, off)
 
-    def joined_increment(self, seen: Increment, start: int, end: int) -> Increment:
+    def fused_increment(self, seen: Increment, start: int, end: int) -> Increment:
         """Return an increment between two stamps [ns], as the camera saw it, with the terms."""
-        fused = self._fused(seen.pose, start, end)
+        fused = self._with_terms(seen.pose, start, end)
         return seen if fused is seen.pose else Increment(fused, seen.interval)
 
-    def _fused(self, motion: PoseWithCovariance, start: int, end: int) -> PoseWithCovariance:
+    def _with_terms(self, motion: PoseWithCovariance, start: int, end: int) -> PoseWithCovariance:
         """Return a motion between two stamps [ns] with the terms that agree with it."""
         for term in self._terms(start, end):
             if term.agrees_with(motion):

@@ -56,7 +56,7 @@ class Increments:
         increment = self._seen(prepared, attempt.seen, last, twist)
         if attempt.registration.is_by_depth:
             return increment  # it was registered with the expected motion as a term
-        increment = self._expected.joined_increment(increment, last.stamp, prepared.stamp)
+        increment = self._expected.fused_increment(increment, last.stamp, prepared.stamp)
         return self._doubted(increment, prepared, attempt.reference, references)
 
     def _seen(self, prepared: PreparedFrame, seen: Registration, last: Reference,

@@ -24,7 +24,7 @@ from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 
-Joined = Callable[[PoseWithCovariance], PoseWithCovariance]
+Fuse = Callable[[PoseWithCovariance], PoseWithCovariance]
 
 _LONGEST_WAITS = {Effort.LEAST: 0, Effort.MORE: 1, Effort.MUCH: 3}
 """Frames that a step of a search has waited for one that leaves time, up to which it waits on.
@@ -48,12 +48,12 @@ class KeyframeMemory:
     what is measured when one is found again, and lets the published pose approach the solution.
 
     :param first: the first keyframe; the published pose begins at its pose.
-    :param joined: returns a pose with what is known of it beside the images, as of a plane.
+    :param fuse: returns a pose with what is known of it beside the images, as of a plane.
     """
 
     def __init__(self, settings: Settings, registrar: Registrar, first: Reference,
-                 joined: Joined = lambda pose: pose) -> None:
-        self._joined = joined
+                 fuse: Fuse = lambda pose: pose) -> None:
+        self._fuse = fuse
         self._graph = KeyframeGraph(0, first.pose)
         self._frames = {0: first.prepared}
         self._view_covariances = {0: np.zeros((6, 6))}
@@ -141,7 +141,7 @@ class KeyframeMemory:
     @property
     def _keyframe_pose(self) -> PoseWithCovariance:
         """The newest keyframe by the graph, and by what is known beside: places alone may tilt."""
-        return self._joined(self._graph.pose(self._newest))
+        return self._fuse(self._graph.pose(self._newest))
 
     def keypoints_from(self, pose: PoseWithCovariance) -> np.ndarray:
         """

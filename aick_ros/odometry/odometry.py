@@ -313,7 +313,7 @@ class Odometry:
         increment = self._increments.of(prepared, attempt, references, self._velocity.twist)
         recovered, self._is_lost = self._is_lost, False
         prepared = self._with_velocity(prepared, attempt, increment)
-        last = Reference(prepared, self._path.joined(reference.pose @ registration.image_pose),
+        last = Reference(prepared, self._path.fused(reference.pose @ registration.image_pose),
                          in_keyframe=attempt.seen.unbiased_pose, bias=attempt.seen.bias)
         effort = self._effort_for(prepared, attempt, references)
         interval = seconds(references.last.stamp, prepared.stamp)

@@ -120,16 +120,16 @@ class Path:
         self._is_placed, self._has_restarted = True, False
         self._plane.begin(self._pose.matrix)
         first = Reference(prepared, self._pose)
-        self._memory = KeyframeMemory(self._settings, self._registrar, first, self._plane.joined)
+        self._memory = KeyframeMemory(self._settings, self._registrar, first, self._plane.fused)
         return first
 
-    def joined(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+    def fused(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return a pose by dead reckoning in the plane, if there is one."""
-        return self._plane.joined(pose)
+        return self._plane.fused(pose)
 
     def move_to(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Continue at a pose by dead reckoning, ``T_reckoned_camera``; return it in the plane."""
-        self._pose = self._plane.joined(pose)
+        self._pose = self._plane.fused(pose)
         return self._pose
 
     def velocity_at(self, stamp: int, measured: PoseWithCovariance) -> np.ndarray | None:

@@ -39,7 +39,7 @@ class Plane:
 
     def reset(self) -> None:
         """Forget the plane."""
-        self._T_odom_base: np.ndarray | None = None
+        self._T_reckoned_base: np.ndarray | None = None
 
     @property
     def has_base(self) -> bool:
@@ -55,34 +55,34 @@ class Plane:
         self._T_base_camera = (None if T_base_camera is None
                                else se3.checked(T_base_camera, 'T_base_camera'))
 
-    def begin(self, T_odom_camera: np.ndarray) -> None:
+    def begin(self, T_reckoned_camera: np.ndarray) -> None:
         """Begin with a first pose, 4x4, unless there is a plane."""
-        if self._T_odom_base is None:
+        if self._T_reckoned_base is None:
             self._T_camera_level = np.eye(4)
-            self._T_camera_level[:3, :3] = T_odom_camera[:3, :3].T
-            self._T_odom_base = T_odom_camera @ self._T_camera_base
+            self._T_camera_level[:3, :3] = T_reckoned_camera[:3, :3].T
+            self._T_reckoned_base = T_reckoned_camera @ self._T_camera_base
 
-    def joined(self, pose: PoseWithCovariance) -> PoseWithCovariance:
-        """Return a pose ``T_odom_camera`` with the term."""
-        if not self._is_used or self._T_odom_base is None:
+    def fused(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        """Return a pose ``T_reckoned_camera`` with the term."""
+        if not self._is_used or self._T_reckoned_base is None:
             return pose
-        return self._term(pose.matrix, self._T_odom_base).added_to(pose)
+        return self._term(pose.matrix, self._T_reckoned_base).added_to(pose)
 
     @property
     def _T_camera_base(self) -> np.ndarray:
         return (self._T_camera_level if self._T_base_camera is None
                 else se3.inverse(self._T_base_camera))
 
-    def _term(self, T_odom_camera: np.ndarray, T_odom_start: np.ndarray) -> MotionTerm:
+    def _term(self, T_reckoned_camera: np.ndarray, T_reckoned_start: np.ndarray) -> MotionTerm:
         """Return height and tilt of a pose, measured to be none."""
-        x, y, normal = T_odom_start[:3, :3].T
-        T_odom_base = T_odom_camera @ self._T_camera_base
-        turn = se3.rotation_between(T_odom_base[:3, 2], normal)
+        x, y, normal = T_reckoned_start[:3, :3].T
+        T_reckoned_base = T_reckoned_camera @ self._T_camera_base
+        turn = se3.rotation_between(T_reckoned_base[:3, 2], normal)
         # where the base is not at the camera, it is lifted by a turn
-        lift = np.cross(T_odom_base[:3, 3] - T_odom_camera[:3, 3], normal)
-        height = normal @ (T_odom_base[:3, 3] - T_odom_start[:3, 3])
+        lift = np.cross(T_reckoned_base[:3, 3] - T_reckoned_camera[:3, 3], normal)
+        height = normal @ (T_reckoned_base[:3, 3] - T_reckoned_start[:3, 3])
         in_plane = se3.perturbed(
-            T_odom_camera, np.append(-(height + lift @ turn) * normal, turn))
+            T_reckoned_camera, np.append(-(height + lift @ turn) * normal, turn))
         rows = np.zeros((3, 6))
         rows[0, :3], rows[:, 3:] = normal, [lift, x, y]
         return MotionTerm(in_plane, rows, self._covariance)

@@ -50,7 +50,7 @@ class Reference:
     """
     A frame with its pose.
 
-    :param pose: ``T_odom_camera`` of the image, whenever it was taken: errors of stamps do not
+    :param pose: ``T_reckoned_camera`` of the image, whenever it was taken: errors of stamps do not
         add up from image to image.
     :param in_keyframe: ``T_keyframe_camera`` of the two images as registered, with the covariance
         of all but biases; None: the frame is a keyframe itself. By depth alone, the pose in the

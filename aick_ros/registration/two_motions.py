@@ -54,7 +54,7 @@ class TwoMotions:
         """
         Return what two registrations of one pair of frames show, None without their tracks.
 
-        :param expected: ``T_target_source`` at constant velocity, 4x4.
+        :param expected: ``T_target_source`` at constant velocity or by other sensors, 4x4.
         :param sigmas: 6, of the difference from that [m, rad].
         """
         if (first.tracks is None or second.tracks is None or first.fit is None

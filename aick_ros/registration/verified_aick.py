@@ -49,7 +49,7 @@ class VerifiedAick:
 
     Where AICK finds no pose, or none that is confirmed, it runs once more with all keypoints and a
     slower schedule, unless keypoints tracked from a rough pose confirm that. Where that fails too,
-    the pose at constant velocity is refined.
+    the pose expected, at constant velocity or by other sensors, is refined.
 
     :param aick: with the schedule of the settings.
     :param refinement: of the frames of one camera.
@@ -177,7 +177,7 @@ class VerifiedAick:
                       failure: Registration) -> Registration:
         """Return the refinement of a guessed pose; the failure if tracks do not confirm it."""
         registration = self._refine(source, target, dataclasses.replace(
-            failure, status=Status.OK, T_target_source=guess, reason='by constant velocity'))
+            failure, status=Status.OK, T_target_source=guess, reason='by the pose expected'))
         sought = self._settings.sought(len(source.keypoints))
         fewest = max(FEWEST_TO_CONFIRM, _SHARE_GUESSED * sought)
         return registration if registration.support >= fewest else failure

@@ -63,7 +63,7 @@ class Parts:
     :ivar log: (name, method, arguments) of each question.
     """
 
-    joined, corrected, levelled, held, with_terms = (any_pose() for _ in range(5))
+    fused, corrected, levelled, held, with_terms = (any_pose() for _ in range(5))
     """What the plane, the memory, gravity, the filter and the terms of sensors do to a pose."""
     velocity, rate = np.array([0.7, -0.3, 0.2]), np.array([0.1, 0.2, -0.4])
     """What the filter and the gyroscope know of the motion."""
@@ -81,12 +81,12 @@ class Parts:
         self.by_wheels, self.tracked = None, None
         self.attempts = [attempt(status=Status.TOO_FEW_MATCHES)]
         self.answers = {
-            ('Plane', 'joined'): lambda pose: pose @ self.joined,
+            ('Plane', 'fused'): lambda pose: pose @ self.fused,
             ('KeyframeMemory', 'published'): lambda pose: self.corrected @ pose,
             ('Gravity', 'levelled'): lambda pose: self.levelled @ pose,
             ('ExpectedMotion', 'without_images'): self.expected,
             ('ExpectedMotion', 'twist_at'): lambda stamp, twist: np.r_[twist[:3], self.rate],
-            ('ExpectedMotion', 'joined_increment'): lambda increment, start, end: Increment(
+            ('ExpectedMotion', 'fused_increment'): lambda increment, start, end: Increment(
                 increment.pose @ self.with_terms, increment.interval),
             ('MotionModel', 'time_to_rest'): self.time_to_rest,
             ('MotionModel', 'observed_twist'): self.observed,

@@ -223,8 +223,8 @@ class Expected:
     def twist_at(self, stamp, twist):
         return np.r_[twist[:3], stamp / NANOSECONDS * RATE]
 
-    def joined(self, seen, start, end):
-        self.asked.append(('joined', seen, start, end))
+    def fused(self, seen, start, end):
+        self.asked.append(('fused', seen, start, end))
         return dataclasses.replace(JOINED, tracks=seen.tracks) if seen.status.ok else seen
 
 
@@ -378,12 +378,12 @@ def one_attempt(moved, found=SEEN, **changes):
     expected = Expected()
     attempt = next(Attempts(settings, Playing(found), expected).of(
         view(0.5), moved, Velocity(TWIST), none_known))
-    return attempt, [asked for asked in expected.asked if asked[0] == 'joined']
+    return attempt, [asked for asked in expected.asked if asked[0] == 'fused']
 
 
 def test_an_attempt_has_what_the_images_show_and_that_with_the_terms_of_sensors(moved):
-    attempt, joined = one_attempt(moved)
-    assert joined == [('joined', SEEN, stamp(0.0), stamp(0.5))]
+    attempt, fused = one_attempt(moved)
+    assert fused == [('fused', SEEN, stamp(0.0), stamp(0.5))]
     assert attempt.seen is SEEN and attempt.registration.support == JOINED.support
     np.testing.assert_array_equal(attempt.increment.pose.matrix, JOINED.T_target_source)
     np.testing.assert_array_equal(attempt.increment.pose.covariance, JOINED.covariance)

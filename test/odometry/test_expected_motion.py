@@ -125,15 +125,15 @@ def test_at_the_limit_a_sensor_is_used_and_beside_it_not(monkeypatch):
     prior, term = MotionModel(SETTINGS).predict(TWIST, 0.05), MotionTerm(
         turned, ROTATION, TURN_NOISE)
     increment, model = Increment(seen.pose, 0.05), expected(Turns(turned))
-    for pose, joined in (
+    for pose, fused in (
             (prior, lambda: model.between(0, STEP, TWIST)),
-            (seen.pose, lambda: model.joined(seen, 0, STEP).pose),
-            (seen.pose, lambda: model.joined_increment(increment, 0, STEP).pose)):
+            (seen.pose, lambda: model.fused(seen, 0, STEP).pose),
+            (seen.pose, lambda: model.fused_increment(increment, 0, STEP).pose)):
         limit = term.squared_distance(pose)
         for largest, is_used in ((limit, True), (np.nextafter(limit, 0.0), False)):
             monkeypatch.setattr(
                 'aick_ros.odometry.motion_term.LARGEST_SQUARED_DISTANCES', {3: largest})
-            assert (joined().covariance[3, 3] < pose.covariance[3, 3]) == is_used
+            assert (fused().covariance[3, 3] < pose.covariance[3, 3]) == is_used
 
 
 def test_past_the_hold_time_wheels_replace_the_velocity():
@@ -173,14 +173,14 @@ def test_a_turn_rate_that_is_measured_replaces_that_of_the_images():
     assert expected().twist_at(77, TWIST) is TWIST
 
 
-def test_a_registration_is_joined_with_both_sensors_and_their_noise_adds_up():
+def test_a_registration_is_fused_with_both_sensors_and_their_noise_adds_up():
     turns = Turns(MOTION)
-    joined = expected(turns, MOTION).joined(seen_as(), 0, STEP)
+    fused = expected(turns, MOTION).fused(seen_as(), 0, STEP)
     assert turns.asked == [(0, STEP, True)]
     wheels = OtherOdometry(SETTINGS)
     wheels.begin(lambda before, now: MOTION)
     pose = MotionTerm(MOTION, ROTATION, TURN_NOISE).added_to(seen_as().pose)
-    assert_same(joined.pose, wheels.term(0, STEP, is_summed=True).added_to(pose))
+    assert_same(fused.pose, wheels.term(0, STEP, is_summed=True).added_to(pose))
 
 
 @pytest.mark.parametrize('part', ['systematic', 'unusual', 'timing'])
@@ -190,36 +190,36 @@ def test_a_part_of_the_covariance_shrinks_as_the_error_it_stands_for(part):
     covariance = 1e-4 * np.eye(6) + root @ root.T
     seen = dataclasses.replace(seen_as(), covariance=covariance, **{part: root @ root.T})
     model = expected(Turns(MOTION, 1e-5 * np.eye(3)))
-    joined, step = model.joined(seen, 0, STEP), 1e-5
+    fused, step = model.fused(seen, 0, STEP), 1e-5
     kept = np.column_stack([se3.difference(
-        model.joined(dataclasses.replace(seen, T_target_source=se3.perturbed(MOTION, step * axis)),
-                     0, STEP).T_target_source, joined.T_target_source) / step
+        model.fused(dataclasses.replace(seen, T_target_source=se3.perturbed(MOTION, step * axis)),
+                    0, STEP).T_target_source, fused.T_target_source) / step
         for axis in np.eye(6)])
-    np.testing.assert_allclose(getattr(joined, part), kept @ root @ root.T @ kept.T, atol=1e-10)
+    np.testing.assert_allclose(getattr(fused, part), kept @ root @ root.T @ kept.T, atol=1e-10)
 
 
-def test_what_depth_alone_or_nothing_measured_is_not_joined_again():
+def test_what_depth_alone_or_nothing_measured_is_not_fused_again():
     model = expected(Turns(MOTION), MOTION)
     for seen in (seen_as(evidence=Evidence.DEPTH_ALONE), failed(Status.TOO_FEW_MATCHES, '')):
-        assert model.joined(seen, 0, STEP) is seen
+        assert model.fused(seen, 0, STEP) is seen
 
 
 def test_a_registration_against_a_sensor_that_disagrees_stays():
     far = se3.perturbed(MOTION, np.array([0, 0, 0, 0.3, 0, 0]))
     seen = seen_as()
-    assert expected(Turns(far)).joined(seen, 0, STEP) is seen
-    both = expected(Turns(far), MOTION).joined(seen, 0, STEP)  # wheels are joined all the same
+    assert expected(Turns(far)).fused(seen, 0, STEP) is seen
+    both = expected(Turns(far), MOTION).fused(seen, 0, STEP)  # wheels are fused all the same
     assert both.covariance[0, 0] < seen.covariance[0, 0]
 
 
-def test_an_increment_is_joined_and_keeps_its_interval():
+def test_an_increment_is_fused_and_keeps_its_interval():
     turns = Turns(MOTION)
     seen = Increment(PoseWithCovariance(with_error(0.5), 1e-4 * np.eye(6)), 0.05)
-    joined = expected(turns).joined_increment(seen, 0, STEP)
-    assert joined.interval == 0.05 and turns.asked == [(0, STEP, False)]
-    assert_same(joined.pose, MotionTerm(MOTION, ROTATION, TURN_NOISE).added_to(seen.pose))
+    fused = expected(turns).fused_increment(seen, 0, STEP)
+    assert fused.interval == 0.05 and turns.asked == [(0, STEP, False)]
+    assert_same(fused.pose, MotionTerm(MOTION, ROTATION, TURN_NOISE).added_to(seen.pose))
     far = se3.perturbed(MOTION, np.array([0, 0, 0, 0.3, 0, 0]))
-    assert expected(Turns(far)).joined_increment(seen, 0, STEP) is seen
+    assert expected(Turns(far)).fused_increment(seen, 0, STEP) is seen
 
 
 @pytest.mark.parametrize('start, end', [(STEP, 2 * STEP), (2 * STEP, STEP)])

@@ -52,11 +52,11 @@ def test_the_first_frame_is_where_it_is_told_and_begins_plane_and_memory(parts, 
     assert parts.asked('Gravity', 'begin') == []
     (plane,), = parts.asked('Plane', 'begin')
     np.testing.assert_array_equal(plane, START)
-    (settings, registrar, first, joined), = parts.arguments('KeyframeMemory')
+    (settings, registrar, first, fused), = parts.arguments('KeyframeMemory')
     assert settings is one.odometry._settings and registrar is one.odometry._registrar
     assert first.prepared is update.prepared
     np.testing.assert_array_equal(first.pose.matrix, START)
-    assert_same(joined(first.pose), first.pose @ parts.joined)
+    assert_same(fused(first.pose), first.pose @ parts.fused)
     assert not first.pose.covariance.any() and first.in_keyframe is None
     assert update.level_start is not parts.start  # its own
     np.testing.assert_array_equal(update.level_start, parts.start)
@@ -181,10 +181,10 @@ def test_a_pose_is_that_of_its_keyframe_with_the_registration(parts, tracked, at
     """Published with what corrects it; who refers to it gets that of the image alone."""
     _, update = tracked(attempt_to())
     found = parts.attempt.registration
-    pose = PoseWithCovariance(START) @ found.pose @ parts.joined
+    pose = PoseWithCovariance(START) @ found.pose @ parts.fused
     assert_same(update.pose, parts.published(pose))
     references, last, attempt = parts.asked('KeyframeChoice', 'advance')[0]
-    assert_same(last.pose, PoseWithCovariance(START) @ found.image_pose @ parts.joined)
+    assert_same(last.pose, PoseWithCovariance(START) @ found.image_pose @ parts.fused)
     assert_same(last.in_keyframe, attempt.seen.unbiased_pose)
     assert last.prepared is update.prepared
     assert attempt.registration is found
@@ -204,7 +204,7 @@ def test_the_memory_advances_after_the_keyframe_was_chosen(parts, tracked, attem
     (keyframe, T_reckoned_camera, detour, _, effort), = parts.asked('KeyframeMemory', 'track')
     assert keyframe is last
     np.testing.assert_allclose(
-        T_reckoned_camera, START @ parts.attempt.registration.T_target_source @ parts.joined,
+        T_reckoned_camera, START @ parts.attempt.registration.T_target_source @ parts.fused,
         atol=1e-12)
     assert effort is Effort.LEAST and not detour.any()
 
@@ -282,7 +282,7 @@ def test_an_increment_is_since_the_last_frame_with_the_terms_of_sensors(
         parts, tracked, attempt_to):
     one, update = tracked(attempt_to(), attempt_to())
     last = parts.asked('KeyframeChoice', 'advance')[0][1]
-    seen, start, end = parts.asked('ExpectedMotion', 'joined_increment')[-1]
+    seen, start, end = parts.asked('ExpectedMotion', 'fused_increment')[-1]
     assert (start, end) == (one.frame(0.1).stamp, update.stamp)
     assert_same(seen.pose, last.motion_to(parts.attempt.seen)[0])
     assert seen.interval == update.increment.interval == pytest.approx(0.1)
@@ -294,7 +294,7 @@ def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_t
     parts.stamp_jitter = 0.004
     tracked(attempt_to(), attempt_to())
     last = parts.asked('KeyframeChoice', 'advance')[0][1]
-    (before, *_), (seen, *_) = parts.asked('ExpectedMotion', 'joined_increment')
+    (before, *_), (seen, *_) = parts.asked('ExpectedMotion', 'fused_increment')
     twist = Increment(before.pose @ parts.with_terms, before.interval).twist
     of_images = last.motion_to(parts.attempt.seen)[0].covariance
     velocity = se3.difference(seen.pose.matrix, np.eye(4)) / seen.interval
@@ -322,7 +322,7 @@ def test_an_increment_has_the_errors_of_a_camera_that_may_be_misaligned(
     monkeypatch.setattr(IncrementBias, 'add_to_depth_alone', lambda bias, motion, depth: motion)
     _, update = tracked(attempt_to(), attempt_to(evidence=evidence))
     seen = (update.increment if evidence is DARK
-            else parts.asked('ExpectedMotion', 'joined_increment')[-1][0])
+            else parts.asked('ExpectedMotion', 'fused_increment')[-1][0])
     gain = shown if gain is None else gain
     np.testing.assert_allclose(
         seen.pose.covariance - motion.covariance,
@@ -406,7 +406,7 @@ def test_the_local_map_is_seen_from_the_pose_by_dead_reckoning(parts, tracked, a
     one, _ = tracked(attempt_to())
     parts.answers['KeyframeMemory', 'keypoints_from'] = lambda pose: [pose]
     pose, = one.odometry.local_map()
-    assert_same(pose, PoseWithCovariance(START) @ parts.attempt.registration.pose @ parts.joined)
+    assert_same(pose, PoseWithCovariance(START) @ parts.attempt.registration.pose @ parts.fused)
 
 
 def test_frames_are_prepared_by_the_preparer_of_the_registrar(parts, steps):

@@ -639,7 +639,7 @@ def test_what_is_known_of_a_pose_beside_the_images_holds_where_a_place_was_found
     asked = []
     memory, _, beyond = found_again(scripted, truth, 1e-14 * np.eye(6), {
         'odometry.correction_step': 0.1, 'odometry.correction_turn': 0.1},
-        joined=lambda pose: asked.append(pose.matrix) or known)
+        fuse=lambda pose: asked.append(pose.matrix) or known)
     np.testing.assert_allclose(asked[-1], START.matrix @ truth, atol=1e-6)
     error = se3.difference(known.matrix @ STEPS[1].matrix, beyond.matrix)
     found = memory.published(beyond)

@@ -48,10 +48,10 @@ def minimum(term):
 @pytest.mark.parametrize('term', TERMS)
 def test_the_pose_is_the_minimum_with_its_curvature(term):
     x, covariance = minimum(term)
-    joined = term.added_to(SEEN)
+    fused = term.added_to(SEEN)
     sigmas = np.sqrt(np.diag(covariance))
-    assert (np.abs(se3.difference(joined.matrix, measured(x))) < 0.05 * sigmas).all()
-    assert np.allclose(joined.covariance / np.outer(sigmas, sigmas),
+    assert (np.abs(se3.difference(fused.matrix, measured(x))) < 0.05 * sigmas).all()
+    assert np.allclose(fused.covariance / np.outer(sigmas, sigmas),
                        covariance / np.outer(sigmas, sigmas), atol=0.02)
 
 

@@ -61,7 +61,7 @@ def test_a_repeated_image_moves_on_from_the_last_pose_of_an_image(parts, two, by
     motion = PoseWithCovariance(parts.expected.matrix, covariance)
     assert_same(update.expected.pose, motion)
     assert update.expected.interval == pytest.approx(0.2)
-    assert_same(update.pose, parts.published(last_pose(parts) @ motion @ parts.joined))
+    assert_same(update.pose, parts.published(last_pose(parts) @ motion @ parts.fused))
     assert update.increment is update.rejected is None
     assert not update.predicted and not update.recovered
     assert update.prepared.repeat is Repeat.BOTH
@@ -78,7 +78,7 @@ def test_after_repeated_images_the_next_frame_is_registered_since_the_one_before
     assert update.increment.interval == pytest.approx(0.2)
     assert_same(update.pose, parts.published(
         PoseWithCovariance(START) @ parts.attempts[0](
-            None, one.odometry._references).registration.pose @ parts.joined))
+            None, one.odometry._references).registration.pose @ parts.fused))
 
 
 @pytest.mark.parametrize('late, status', [(0, Status.REPEATED), (1, Status.OK)])
@@ -175,7 +175,7 @@ def test_a_frame_that_nothing_registers_is_where_it_is_expected(parts, two, atte
     last = references.last
     update = one.take(0.2)
     assert (update.status, update.reason) == (Status.TOO_FEW_MATCHES, 'first')
-    pose = last.pose @ parts.expected @ parts.joined
+    pose = last.pose @ parts.expected @ parts.fused
     assert_same(update.pose, parts.published(pose))
     *stamps, twist = parts.asked('ExpectedMotion', 'without_images')[-1]
     assert stamps == [tracked.stamp, update.stamp]
@@ -276,7 +276,7 @@ def test_aick_checks_every_third_frame(parts, steps, attempt_to):
     assert all(update.prepared.is_tracked for update in updates[1:])
     found = parts.tracked(None, references).registration
     assert_same(updates[8].pose, parts.published(
-        PoseWithCovariance(START) @ found.pose @ parts.joined))
+        PoseWithCovariance(START) @ found.pose @ parts.fused))
     own, keyframe, pose = parts.asked('Registrar', 'contradicts')[-1]
     assert not own.is_tracked and keyframe is references.keyframe.prepared
     assert pose is parts.tracked(None, references).seen.T_target_source

@@ -115,7 +115,7 @@ def test_they_are_expected_together_with_the_velocity(expected):
 
 def test_a_weak_view_is_drawn_to_the_wheels_and_a_sharp_one_is_not(expected):
     off = DRIVEN @ se3.exp([0.05, 0.0, 0.0, 0.0, 0.0, 0.0])
-    weak, sharp = (expected.joined_increment(seen(off, sigma), 0, STEP).pose.matrix
+    weak, sharp = (expected.fused_increment(seen(off, sigma), 0, STEP).pose.matrix
                    for sigma in (0.1, 0.001))
     assert np.linalg.norm(se3.difference(weak, DRIVEN)[:3]) < 0.015
     assert np.linalg.norm(se3.difference(sharp, off)[:3]) < 1e-4
@@ -123,7 +123,7 @@ def test_a_weak_view_is_drawn_to_the_wheels_and_a_sharp_one_is_not(expected):
 
 def test_wheels_that_contradict_the_images_are_not_used(expected):
     standing = seen(np.eye(4), 0.002)  # while they spin
-    assert expected.joined_increment(standing, 0, STEP) is standing
+    assert expected.fused_increment(standing, 0, STEP) is standing
 
 
 def registered(motion, noise, systematic=0.0, timing=0.0):
@@ -139,15 +139,15 @@ def test_each_part_of_the_error_of_a_registration_is_drawn_to_the_wheels(expecte
     found = registered(DRIVEN, 1e-4, 4e-4, 9e-4)
     variances = np.diag(other.with_slip(DRIVEN).covariance)
     left = variances / (14e-4 + variances)
-    joined = expected.joined(found, 0, end)
-    np.testing.assert_allclose(joined.covariance, np.diag(left * 14e-4), atol=1e-12)
-    np.testing.assert_allclose(joined.systematic, np.diag(left ** 2 * 4e-4), atol=1e-12)
-    np.testing.assert_allclose(joined.timing, np.diag(left ** 2 * 9e-4), atol=1e-12)
+    fused = expected.fused(found, 0, end)
+    np.testing.assert_allclose(fused.covariance, np.diag(left * 14e-4), atol=1e-12)
+    np.testing.assert_allclose(fused.systematic, np.diag(left ** 2 * 4e-4), atol=1e-12)
+    np.testing.assert_allclose(fused.timing, np.diag(left ** 2 * 9e-4), atol=1e-12)
 
 
 def test_a_registration_that_wheels_contradict_stays_as_it_is(expected):
     standing = registered(np.eye(4), 4e-6)  # while they spin
-    assert expected.joined(standing, 0, 15 * STEP) is standing
+    assert expected.fused(standing, 0, 15 * STEP) is standing
 
 
 @pytest.fixture(scope='module')

@@ -66,7 +66,7 @@ def test_poses_are_in_the_plane_if_there_is_one(planar, monkeypatch):
     first = path.start(Prepared())
     np.testing.assert_array_equal(first.matrix, np.eye(4))
     risen = PoseWithCovariance(se3.exp([0.1, 0, 0.5, 0, 0, 0]), np.eye(6))
-    for pose in (path.joined(risen), path.move_to(risen), path.published):
+    for pose in (path.fused(risen), path.move_to(risen), path.published):
         height = pose.matrix[2, 3]
         assert abs(height) < 1e-3 if planar else height == 0.5
         assert pose.matrix[0, 3] == pytest.approx(0.1)

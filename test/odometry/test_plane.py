@@ -37,9 +37,9 @@ def drifted(seed=0):
         se3.perturbed(base @ T_BASE_CAMERA, 0.01 * rng.standard_normal(6)), root @ root.T)
 
 
-def joined_in(plane, pose, T_base_camera=T_BASE_CAMERA):
+def fused_in(plane, pose, T_base_camera=T_BASE_CAMERA):
     plane.mount(T_base_camera)
-    return plane.joined(pose)
+    return plane.fused(pose)
 
 
 @pytest.fixture
@@ -53,12 +53,12 @@ def plane():
 
 def test_it_is_the_minimum_of_both_squared_errors(plane):
     pose = drifted()
-    joined = joined_in(plane, pose, T_BASE_CAMERA)
+    fused = fused_in(plane, pose, T_BASE_CAMERA)
     information = np.linalg.inv(pose.covariance)
     weights = 1.0 / np.array([0.004, 0.003, 0.003]) ** 2
 
     def cost(error):
-        moved = se3.perturbed(joined.matrix, error)
+        moved = se3.perturbed(fused.matrix, error)
         change = se3.difference(moved, pose.matrix)
         return change @ information @ change + weights @ above(
             moved @ se3.inverse(T_BASE_CAMERA)) ** 2
@@ -69,16 +69,16 @@ def test_it_is_the_minimum_of_both_squared_errors(plane):
                  for axis in np.eye(6)]
     # as far as the problem is linear
     assert np.abs(np.array(gradient) / curvature).max() < 3e-4
-    variances = np.diag(np.linalg.inv(joined.covariance))
+    variances = np.diag(np.linalg.inv(fused.covariance))
     assert np.allclose(variances, 0.5 * np.array(curvature), rtol=0.05)
 
 
 def test_a_base_in_the_plane_stays_where_it_is(plane):
     base = START @ se3.from_roll_pitch_yaw(0.0, 0.0, -2.0, (-1.0, 5.0, 0.0))
     pose = PoseWithCovariance(base @ T_BASE_CAMERA, 1e-4 * np.eye(6))
-    joined = joined_in(plane, pose, T_BASE_CAMERA)
-    assert np.allclose(joined.matrix, pose.matrix, atol=1e-9)
-    assert (np.linalg.eigvalsh(pose.covariance - joined.covariance) > -1e-12).all()
+    fused = fused_in(plane, pose, T_BASE_CAMERA)
+    assert np.allclose(fused.matrix, pose.matrix, atol=1e-9)
+    assert (np.linalg.eigvalsh(pose.covariance - fused.covariance) > -1e-12).all()
 
 
 @pytest.mark.parametrize('seed', [1, 2])
@@ -86,9 +86,9 @@ def test_what_is_certain_stays_and_what_is_not_is_drawn_into_the_plane(plane, se
     pose = drifted(seed)
     exact = PoseWithCovariance(pose.matrix, 1e-12 * np.eye(6))
     unknown = PoseWithCovariance(pose.matrix, np.eye(6))
-    assert np.allclose(plane.joined(exact).matrix, pose.matrix, atol=1e-6)
-    joined = plane.joined(unknown)
-    assert np.abs(above(joined.matrix @ se3.inverse(T_BASE_CAMERA))).max() < 2e-4
+    assert np.allclose(plane.fused(exact).matrix, pose.matrix, atol=1e-6)
+    fused = plane.fused(unknown)
+    assert np.abs(above(fused.matrix @ se3.inverse(T_BASE_CAMERA))).max() < 2e-4
 
 
 def test_the_extrinsic_of_the_frame_counts(plane):
@@ -96,8 +96,8 @@ def test_the_extrinsic_of_the_frame_counts(plane):
     lifted[2, 3] += 0.3  # a camera on a lift
     base = START @ se3.from_roll_pitch_yaw(0.0, 0.0, 0.4, (2.0, 1.0, 0.0))
     pose = PoseWithCovariance(base @ lifted, np.eye(6))
-    joined = joined_in(plane, pose, lifted)
-    assert np.allclose(joined.matrix, pose.matrix, atol=1e-9)
+    fused = fused_in(plane, pose, lifted)
+    assert np.allclose(fused.matrix, pose.matrix, atol=1e-9)
 
 
 def test_without_an_extrinsic_the_plane_is_that_of_the_first_axes():
@@ -107,19 +107,19 @@ def test_without_an_extrinsic_the_plane_is_that_of_the_first_axes():
     assert not plane.has_base
     moved = se3.perturbed(first, np.array([3.0, -2.0, 0.0, 0.0, 0.0, 1.0]))
     pose = PoseWithCovariance(moved, np.eye(6))
-    assert np.allclose(plane.joined(pose).matrix, moved, atol=1e-9)
+    assert np.allclose(plane.fused(pose).matrix, moved, atol=1e-9)
     lifted = PoseWithCovariance(se3.perturbed(moved, np.array([0, 0, 1.0, 0, 0, 0])), np.eye(6))
-    assert np.allclose(plane.joined(lifted).matrix, moved, atol=1e-4)
+    assert np.allclose(plane.fused(lifted).matrix, moved, atol=1e-4)
 
 
 def test_switched_off_or_before_the_first_pose_it_changes_nothing(plane):
     pose = drifted()
-    assert plane.joined(pose) is not pose
+    assert plane.fused(pose) is not pose
     plane.reset()
-    assert plane.joined(pose) is pose
+    assert plane.fused(pose) is pose
     plane.begin(pose.matrix)
     plane.configure(OdometrySettings())
-    assert plane.joined(pose) is pose
+    assert plane.fused(pose) is pose
 
 
 def test_the_plane_stays_until_a_reset(plane):
@@ -129,10 +129,10 @@ def test_the_plane_stays_until_a_reset(plane):
     lifted[:3, 3] += 0.5 * START[:3, 2]
     pose = PoseWithCovariance(lifted @ T_BASE_CAMERA, np.eye(6))
     plane.begin(pose.matrix)
-    assert above(plane.joined(pose).matrix @ se3.inverse(T_BASE_CAMERA))[0] < 1e-3
+    assert above(plane.fused(pose).matrix @ se3.inverse(T_BASE_CAMERA))[0] < 1e-3
     plane.reset()
     plane.begin(pose.matrix)
-    assert np.allclose(plane.joined(pose).matrix, pose.matrix, atol=1e-9)
+    assert np.allclose(plane.fused(pose).matrix, pose.matrix, atol=1e-9)
 
 
 def test_a_base_is_mounted_on_a_plane_that_is_used(plane):
@@ -154,7 +154,7 @@ def test_other_settings_are_how_even_the_same_plane_is(plane):
     for height, tilt in ((1.0, 0.5), (1e-5, 0.5), (1.0, 1e-5)):
         plane.configure(dataclasses.replace(SETTINGS, planar_sigma=height,
                                             planar_tilt_sigma=tilt))
-        left.append(np.abs(above(plane.joined(pose).matrix @ se3.inverse(T_BASE_CAMERA))))
+        left.append(np.abs(above(plane.fused(pose).matrix @ se3.inverse(T_BASE_CAMERA))))
     either, height, tilt = left
     assert height[0] < 1e-4 < either[0] and height[1:].max() > 1e-3
     assert tilt[1:].max() < 1e-4 < either[1:].max() and tilt[0] > 1e-3
@@ -166,9 +166,9 @@ def test_one_that_was_none_begins_anew(plane):
     plane.configure(OdometrySettings())
     plane.configure(SETTINGS)
     pose = drifted()
-    assert plane.joined(pose) is pose  # not begun yet
+    assert plane.fused(pose) is pose  # not begun yet
     plane.begin(other)
-    np.testing.assert_allclose(plane.joined(pose).matrix, other, atol=1e-12)
+    np.testing.assert_allclose(plane.fused(pose).matrix, other, atol=1e-12)
 
 
 @pytest.fixture(scope='module')

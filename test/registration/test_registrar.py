@@ -126,7 +126,7 @@ def test_a_guess_with_a_small_error_is_refined(source, frames):
     assert register(frames[:4], BLIND)[0].status is Status.TOO_FEW_MATCHES
     found, _ = register(frames[:4], BLIND, expected=about)
     assert found.status is Status.OK
-    assert 'by constant velocity' in found.reason
+    assert 'by the pose expected' in found.reason
     translation, rotation = error(found.T_target_source, truth)
     assert translation < 0.003
     assert rotation < np.radians(0.15)

@@ -296,7 +296,7 @@ def test_half_of_the_keypoints_that_can_be_tracked_confirm_the_motion_expected(
         if is_confirmed:
             assert found.status is Status.OK and found.support == tracked
             assert found.T_target_source is refined.T_target_source
-            assert found.reason == f'by constant velocity, {tracked} keypoints tracked'
+            assert found.reason == f'by the pose expected, {tracked} keypoints tracked'
             assert found.iterations == SLOW_FAILURE.iterations
         else:
             assert (found.status, found.reason) == (SLOW_FAILURE.status, 'by slow AICK')
