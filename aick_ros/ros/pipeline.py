@@ -239,14 +239,14 @@ class Pipeline:
 
     def _register(self, arrival: Arrival, preparation: Preparation) -> None:
         camera_frame, stamp = arrival.camera_frame, preparation.frame.stamp
-        T_base_camera = self._extrinsics.camera_in_base(camera_frame, stamp)  # waits for /tf
+        extrinsic = self._extrinsics.camera_in_base(camera_frame, stamp)  # waits for /tf
+        T_base_camera = extrinsic.T_base_camera
         start = self._start.pose(stamp)
         samples = self._imu.samples(camera_frame, stamp)  # once: nothing rejects the frame now
         if samples is not None:
             preparation.add_imu(samples)
         if start is not None:
             self._base.reset(start)
-        mount = self._extrinsics.camera_mount(camera_frame)
         if self._guess is None:
             update = self._odometry.register(preparation, T_base_camera=T_base_camera)
         else:
@@ -255,7 +255,7 @@ class Pipeline:
         if update.status.ok:
             self._start.cancel()
         self._camera_report.update(self._odometry.misalignment, self._odometry.distortion)
-        base = self._base.update(update, T_base_camera, mount)
+        base = self._base.update(update, T_base_camera, extrinsic.mount)
         if base is not None:
             self._publisher.publish(base)
             self._rtabmap.show(Registered(

@@ -38,6 +38,7 @@ from aick_ros.ros.conversions import (
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import values_of
 from aick_ros.ros.input import rgbd_images
+from aick_ros.ros.input.extrinsics import Extrinsic
 from aick_ros.ros.load_shedding import Step
 from aick_ros.ros.output.views import Views
 from aick_ros.ros.pipeline import Pipeline
@@ -429,19 +430,36 @@ def test_extrinsic_and_imu_are_those_of_the_stamp_of_the_frame(make, monkeypatch
         return result
     pipeline = made.pipeline
     monkeypatch.setattr(pipeline._imu, 'samples', partial(known, 'samples'))
-    monkeypatch.setattr(pipeline._extrinsics, 'camera_in_base', partial(known, np.eye(4)))
-    monkeypatch.setattr(pipeline._extrinsics, 'camera_mount', partial(known, Mount.MOVING))
+    monkeypatch.setattr(pipeline._extrinsics, 'camera_in_base',
+                        partial(known, Extrinsic(np.eye(4), Mount.MOVING)))
     mounts = []
     update = pipeline._base.update
     monkeypatch.setattr(pipeline._base, 'update', lambda *arguments: (
         mounts.append(arguments[2]) or update(*arguments)))
     made.see(STAMP)
-    assert asked == [('optical', STAMP), ('optical', STAMP), ('optical',)]
+    assert asked == [('optical', STAMP), ('optical', STAMP)]
     assert made.camera.imu == ['samples']
     assert mounts == [Mount.MOVING]
     monkeypatch.setattr(pipeline._imu, 'samples', lambda *_: None)
     made.see(STAMP + 33 * MS)
     assert made.camera.imu == ['samples']
+
+
+def test_a_corrected_extrinsic_is_that_of_a_fixed_camera_whatever_comes_meanwhile(
+        make, monkeypatch):
+    """Another message of fixed links comes while the frame is registered; the base rests."""
+    tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
+    made = make(camera_in_base=(), frame_id='body')
+
+    def hear(child, *place):
+        made.pipeline._transforms._take_fixed(tf2_msgs.TFMessage(transforms=[
+            transform_stamped(0, 'body', child, se3.exp(place))]))
+    monkeypatch.setattr(made.pipeline._imu, 'samples', lambda *_: hear('laser', *np.zeros(6)))
+    for stamp, height in ((STAMP, 1.0), (STAMP + 33 * MS, 1.1)):
+        hear('optical', 0, 0, height, 0, 0, 0.2)
+        made.see(stamp)
+    for pose in made.poses:
+        np.testing.assert_allclose(pose, np.eye(4), atol=1e-12)
 
 
 def test_without_a_guess_nothing_is_predicted(make):
@@ -930,7 +948,8 @@ def test_waits_for_transforms_are_no_work(make, monkeypatch, cores, where):
 
 def test_the_pose_of_the_imu_is_looked_up_once_tf_reaches_the_frame(make, monkeypatch):
     made, asked = make(), []
-    for part, name, result in (('_extrinsics', 'camera_in_base', np.eye(4)),
+    extrinsic = Extrinsic(np.eye(4), Mount.FIXED)
+    for part, name, result in (('_extrinsics', 'camera_in_base', extrinsic),
                                ('_imu', 'samples', None)):
         monkeypatch.setattr(getattr(made.pipeline, part), name,
                             lambda *_, name=name, result=result: asked.append(name) or result)

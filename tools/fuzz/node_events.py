@@ -96,10 +96,10 @@ class _Inputs:
         try:
             arrival = self._assembler.arrival(pair)
             frame = self._assembler.frame(arrival)
-            T_base_camera = self._extrinsics.camera_in_base(arrival.camera_frame, frame.stamp,
-                                                            wait=False)
+            extrinsic = self._extrinsics.camera_in_base(arrival.camera_frame, frame.stamp,
+                                                        wait=False)
             update = self._odometry.register_frame(frame)
-            base = self._base.update(update, T_base_camera)
+            base = self._base.update(update, extrinsic.T_base_camera, extrinsic.mount)
         except InputError:
             return
         if base is not None:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,11 +14,24 @@ from aick_ros.borders.limits import MAX_EXTRINSIC
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.geometry.frame_tree import LARGEST_GAP
+from aick_ros.geometry.frame_tree import LARGEST_GAP, FrameTransform
 from aick_ros.odometry.base_odometry import Mount
 from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.tf_messages import TF_REMEDY
 from aick_ros.settings.node import NodeSettings
+
+
+@dataclass(frozen=True, eq=False)
+class Extrinsic:
+    """
+    Pose of a camera on the base at one stamp.
+
+    :param T_base_camera: 4x4.
+    :param mount: whether the camera moves on the base, by the links that give the pose.
+    """
+
+    T_base_camera: np.ndarray
+    mount: Mount
 
 
 class Extrinsics:
@@ -34,9 +48,9 @@ class Extrinsics:
         self._T_base_camera = _pose('camera_in_base', settings.camera_in_base)
         self._T_colour_depth = _pose('depth_in_colour', settings.depth_in_colour)
 
-    def camera_in_base(self, camera_frame: str, stamp: int, wait: bool = True) -> np.ndarray:
+    def camera_in_base(self, camera_frame: str, stamp: int, wait: bool = True) -> Extrinsic:
         """
-        Return ``T_base_camera`` at a stamp, 4x4; it is never guessed.
+        Return pose and mount of the colour camera at a stamp; neither is ever guessed.
 
         :param camera_frame: frame of the colour images.
         :param stamp: [ns].
@@ -45,7 +59,7 @@ class Extrinsics:
         :raises InputError: naming both frames where they are not connected yet.
         """
         if self._T_base_camera is not None:
-            return self._T_base_camera
+            return Extrinsic(self._T_base_camera, Mount.FIXED)
         if not camera_frame:
             raise InputError('the colour image has no frame_id: let the driver set it, or set '
                              'camera_in_base')
@@ -55,14 +69,8 @@ class Extrinsics:
                 f'no transform from {quoted(camera_frame)} (the colour image) to '
                 f'{quoted(self._base_frame)} (frame_id) yet: {TF_REMEDY}, or set '
                 f'camera_in_base, or set frame_id to {quoted(camera_frame)}')
-        return _near(found, camera_frame, self._base_frame)
-
-    def camera_mount(self, camera_frame: str) -> Mount:
-        """Return whether the colour camera moves on the base."""
-        if self._T_base_camera is not None or self._transforms.is_fixed(
-                self._base_frame, camera_frame):
-            return Mount.FIXED
-        return Mount.MOVING
+        return Extrinsic(_near(found, camera_frame, self._base_frame),
+                         Mount.FIXED if found.is_static else Mount.MOVING)
 
     def depth_in_colour(self, colour_frame: str, depth_frame: str, stamp: int,
                         wait: bool = True) -> np.ndarray:
@@ -85,25 +93,25 @@ class Extrinsics:
                 'set depth_in_colour')
         return _near(found, depth_frame, colour_frame)
 
-    def _find(self, target: str, source: str, stamp: int, wait: bool) -> np.ndarray | None:
+    def _find(self, target: str, source: str, stamp: int, wait: bool) -> FrameTransform | None:
         if wait:
             return self._transforms.find(target, source, stamp, self._wait)
         return self._transforms.find(target, source, stamp, 0.0, LARGEST_GAP)
 
 
-def _near(T_target_source: np.ndarray, source: str, target: str) -> np.ndarray:
+def _near(found: FrameTransform, source: str, target: str) -> np.ndarray:
     """
-    Return a transform that may be an extrinsic.
+    Return ``T_target_source`` of a transform that may be an extrinsic, 4x4.
 
     :raises InputError: where it is longer than any machine: the pose of the base would be that of
         a lever of this length, and stay so after the transform has been corrected.
     """
-    distance = float(np.linalg.norm(T_target_source[:3, 3]))
+    distance = float(np.linalg.norm(found.T_target_source[:3, 3]))
     if distance > MAX_EXTRINSIC:
         raise InputError(f'the transform from {quoted(source)} to {quoted(target)} is '
                          f'{distance:.3g} m long, at most {MAX_EXTRINSIC:g} m are possible: '
                          'check its publisher')
-    return T_target_source
+    return found.T_target_source
 
 
 def _pose(name: str, numbers: Sequence[float]) -> np.ndarray | None:

@@ -12,8 +12,10 @@ import numpy as np
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
+from aick_ros.geometry.frame_tree import FrameTransform
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.ros.input.extrinsics import Extrinsic
 from aick_ros.settings.node import NodeSettings
 
 _LARGEST_GAP = NANOSECONDS // 200  # chosen: in which a robot moves by less than wheels slip
@@ -26,15 +28,15 @@ class Finder(Protocol):
     """A source of transforms."""
 
     def find(self, target: str, source: str, stamp: int, wait: float = 0.0,
-             largest_gap: int | None = None) -> np.ndarray | None:
-        """Return ``T_target_source`` at a stamp [ns]; None: not known yet."""
+             largest_gap: int | None = None) -> FrameTransform | None:
+        """Return the transform at a stamp [ns]; None: not known yet."""
 
 
 class Mounted(Protocol):
     """A source of the pose of a camera on the robot."""
 
-    def camera_in_base(self, camera_frame: str, stamp: int, wait: bool = True) -> np.ndarray:
-        """Return ``T_base_camera`` at a stamp [ns]."""
+    def camera_in_base(self, camera_frame: str, stamp: int, wait: bool = True) -> Extrinsic:
+        """Return pose and mount at a stamp [ns]."""
 
 
 class Guess:
@@ -91,10 +93,11 @@ class Guess:
 
     def _found(self, stamp: int, wait: float = 0.0) -> np.ndarray | None:
         try:
-            return self._transforms.find(self._guess_frame, self._base_frame, stamp, wait,
-                                         _LARGEST_GAP)
+            found = self._transforms.find(self._guess_frame, self._base_frame, stamp, wait,
+                                          _LARGEST_GAP)
         except InputError:
             return None
+        return None if found is None else found.T_target_source
 
     def base_motion(self, before: int, now: int) -> np.ndarray | None:
         """Return ``T_base0_base1`` between two stamps [ns], 4x4; None: it is not known."""
@@ -117,11 +120,12 @@ class Guess:
         if T_base0_base1 is None:
             return None
         try:
-            T_base0_camera0 = self._extrinsics.camera_in_base(camera_frame, before, wait=False)
-            T_base1_camera1 = self._extrinsics.camera_in_base(camera_frame, now)
+            start = self._extrinsics.camera_in_base(camera_frame, before, wait=False)
+            end = self._extrinsics.camera_in_base(camera_frame, now)
         except InputError:
             return None
-        motion: np.ndarray = se3.inverse(T_base0_camera0) @ T_base0_base1 @ T_base1_camera1
+        motion: np.ndarray = (se3.inverse(start.T_base_camera) @ T_base0_base1
+                              @ end.T_base_camera)
         return motion
 
 

@@ -126,18 +126,18 @@ class ImuInput:
         self._compare_clocks(stamp, self._buffer.newest)
         imu_frame = self._buffer.frame_id
         try:
-            T_camera_imu = self._transforms.find(camera_frame, imu_frame, stamp)
-            self._missing = '' if T_camera_imu is not None else (
+            found = self._transforms.find(camera_frame, imu_frame, stamp)
+            self._missing = '' if found is not None else (
                 f'no transform from {quoted(imu_frame)} (the IMU) to {quoted(camera_frame)} (the '
                 f'colour image) yet: {TF_REMEDY}; until then the IMU is not used')
         except InputError as error:
-            T_camera_imu, self._missing = None, str(error)
-        if T_camera_imu is None:
+            found, self._missing = None, str(error)
+        if found is None:
             if self._is_required:
                 raise InputError(self._missing)
             return None
         self._is_required = False
-        return self._buffer.take(T_camera_imu)
+        return self._buffer.take(found.T_target_source)
 
     def _compare_clocks(self, stamp: int, newest: int) -> None:
         """Note how far all samples are from an image; stamps in [ns]."""

@@ -45,7 +45,7 @@ class Transforms:
         self._own = _plain(own[0]), _plain(own[1])
         self._on_change = on_change
         self._tree = FrameTree()
-        self._known: dict[tuple[str, str], np.ndarray] = {}
+        self._known: dict[tuple[str, str], FrameTransform] = {}
         self._changed = threading.Condition()
         self._waits = Counter[int]()  # by thread [ns]
         self._lateness = Lateness()
@@ -58,9 +58,9 @@ class Transforms:
                 QoSProfile(depth=_QUEUE, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 
     def find(self, target: str, source: str, stamp: int, wait: float = 0.0,
-             largest_gap: int | None = None) -> np.ndarray | None:
+             largest_gap: int | None = None) -> FrameTransform | None:
         """
-        Return ``T_target_source`` at a stamp, 4x4; None where the two are not connected yet.
+        Return the transform at a stamp; None where the two frames are not connected yet.
 
         :param stamp: [ns].
         :param wait: longest wait until they are connected and moving links reach the stamp [s].
@@ -79,7 +79,7 @@ class Transforms:
             if found is None and wait > 0.0:
                 self._waited_in_vain = True
             if found is not None and found.is_static:
-                self._known[target, source] = found.T_target_source
+                self._known[target, source] = found
                 self._moving.discard((target, source))
             elif len(self._moving) < _MOST_MOVING:
                 self._moving.add((target, source))
@@ -90,7 +90,7 @@ class Transforms:
                 f'the transform from {quoted(source)} to {quoted(target)} moves, and the nearest '
                 f'one is {found.gap / NANOSECONDS:.3f} s from the image stamp: check that the '
                 'clocks agree and that /tf is still published, or raise wait_for_transform')
-        return found.T_target_source
+        return found
 
     def waited(self) -> float:
         """Return the time that the calling thread has waited for transforms [s]."""
@@ -107,11 +107,6 @@ class Transforms:
         """A sentence on each transform that arrives late, '' for none."""
         with self._changed:
             return self._lateness.complaint
-
-    def is_fixed(self, target: str, source: str) -> bool:
-        """Return whether the transform between two frames was found, of fixed links only."""
-        with self._changed:
-            return (_plain(target), _plain(source)) in self._known
 
     def tend(self) -> None:
         """Subscribe to /tf, or no longer; to be called regularly on the executor's thread."""

@@ -10,7 +10,10 @@ from std_srvs.srv import Empty
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
+from aick_ros.geometry.frame_tree import FrameTransform
+from aick_ros.odometry.base_odometry import Mount
 from aick_ros.ros.conversions import from_pose, from_transform, to_stamp, transform_stamped
+from aick_ros.ros.input.extrinsics import Extrinsic
 from aick_ros.ros.input.guess import Guess, StartByGuess
 from aick_ros.settings.node import NodeSettings
 
@@ -126,7 +129,7 @@ class Wheels:
         self.waits.append(wait)
         if isinstance(self.T, Exception):
             raise self.T
-        return None if self.T is None else self.T(stamp)
+        return None if self.T is None else FrameTransform(self.T(stamp))
 
 
 class Head:
@@ -141,7 +144,8 @@ class Head:
         assert camera_frame == 'camera'
         if self.error is not None:
             raise self.error
-        return se3.exp([0, 0, 1.0, 0, 0, 0.2 * stamp]) @ self.T_neck_camera
+        return Extrinsic(se3.exp([0, 0, 1.0, 0, 0, 0.2 * stamp]) @ self.T_neck_camera,
+                         Mount.MOVING)
 
 
 def guess_by(T, extrinsics=None):
@@ -272,7 +276,7 @@ def test_the_turn_of_a_head_is_a_motion_of_its_camera():
     head = Head()
     guess, _ = guess_by(drive, head)
     T_world_camera3, T_world_camera5 = (
-        drive(stamp) @ head.camera_in_base('camera', stamp) for stamp in (3, 5))
+        drive(stamp) @ head.camera_in_base('camera', stamp).T_base_camera for stamp in (3, 5))
     np.testing.assert_allclose(T_world_camera3 @ guess.camera_motion('camera', 3, 5),
                                T_world_camera5, atol=1e-12)
 
@@ -281,8 +285,8 @@ def test_the_turn_of_a_head_during_a_loss_does_not_move_the_base():
     """The wheels stand still; the base is found again by the extrinsic at each stamp."""
     head = Head()
     guess, _ = guess_by(lambda stamp: T_WHEELS_START, head)
-    T_base3_base5 = (head.camera_in_base('camera', 3) @ guess.camera_motion('camera', 3, 5)
-                     @ se3.inverse(head.camera_in_base('camera', 5)))
+    before, now = (head.camera_in_base('camera', stamp).T_base_camera for stamp in (3, 5))
+    T_base3_base5 = before @ guess.camera_motion('camera', 3, 5) @ se3.inverse(now)
     np.testing.assert_allclose(T_base3_base5, np.eye(4), atol=1e-12)
 
 
@@ -337,7 +341,8 @@ class Late:
 
     def find(self, target, source, stamp, wait=0.0, largest_gap=0):
         self.waits.append(wait)
-        return np.eye(4) if wait >= 0.06 and not 3_000 * MS <= stamp <= 3_200 * MS else None
+        is_known = wait >= 0.06 and not 3_000 * MS <= stamp <= 3_200 * MS
+        return FrameTransform(np.eye(4)) if is_known else None
 
 
 MS = 1_000_000

@@ -76,7 +76,11 @@ class Heard:
     def __init__(self, node, tell_tf, own=('odom', 'base_link')):
         self.node, self.hear, self.changes = node, tell_tf, 0
         self.transforms = Transforms(node, own, self._count)
-        self.find, self.tend = self.transforms.find, self.transforms.tend
+        self.tend = self.transforms.tend
+
+    def find(self, *arguments, **options):
+        found = self.transforms.find(*arguments, **options)
+        return None if found is None else found.T_target_source
 
     def topics(self):
         return [subscription.topic_name for subscription in self.node.subscriptions]
@@ -157,20 +161,16 @@ def test_what_moved_before_tf_was_unsubscribed_is_forgotten(heard):
     assert heard.find('base_link', 'arm', SECOND) is None
 
 
-def test_only_what_was_found_of_fixed_links_alone_is_fixed(heard):
-    is_fixed = heard.transforms.is_fixed
-    assert not is_fixed('base_link', 'camera')
-    heard.hear({('base_link', 'camera'): pose(1)})
-    assert heard.find('/base_link', '/camera', 0) is not None
-    for names in (('base_link', 'camera'), ('/base_link', '/camera')):
-        assert is_fixed(*names)
-    assert not is_fixed('camera', 'base_link')  # was not looked for
-    heard.hear({('mast', 'head'): pose(1)})  # may be above base_link
-    assert not is_fixed('base_link', 'camera')
+def test_a_transform_of_fixed_links_alone_is_fixed_until_one_above_moves(heard):
+    def is_fixed(source):
+        return heard.transforms.find('base_link', source, SECOND).is_static
+    heard.hear({('base_link', 'head'): pose(1), ('head', 'camera'): pose(2)})
+    for _ in range(2):  # looked up, and known
+        assert is_fixed('camera') and is_fixed('/camera')
     heard.listen('base_link', 'arm')
     heard.hear({('base_link', 'arm'): pose(1)}, '/tf', SECOND)
-    assert heard.find('base_link', 'arm', SECOND) is not None
-    assert not is_fixed('base_link', 'arm')
+    heard.hear({('arm', 'camera'): pose(2)})
+    assert is_fixed('head') and not is_fixed('arm') and not is_fixed('camera')
 
 
 def turn(heard, rate, *seconds):
@@ -399,14 +399,14 @@ def test_down_a_chain_and_up_another(robot):
     robot.publish({('map', 'base_link'): pose(1), ('map', 'mast'): pose(2),
                    ('mast', 'head'): pose(3), ('head', 'camera'): pose(4)})
     T_map_camera = pose(2) @ pose(3) @ pose(4)
-    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0),
+    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0).T_base_camera,
                                np.linalg.inv(pose(1)) @ T_map_camera, atol=1e-9)
 
 
 def test_the_parameters_go_first(robot):
     extrinsics = robot.extrinsics(camera_in_base=(1.0, *IDENTITY[1:]),
                                   depth_in_colour=(0.0, 2.0, *IDENTITY[2:]))
-    T = extrinsics.camera_in_base('camera', 0)
+    T = extrinsics.camera_in_base('camera', 0).T_base_camera
     np.testing.assert_array_equal(T[:3, 3], (1, 0, 0))
     np.testing.assert_array_equal(extrinsics.depth_in_colour('camera', 'depth', 0)[:3, 3],
                                   (0, 2, 0))
@@ -422,11 +422,13 @@ def test_a_leading_slash_of_old_drivers_does_not_matter(robot):
     extrinsics = robot.extrinsics()
     robot.publish({('base_link', '/camera'): pose(1)})
     for frame in ('camera', '/camera'):
-        np.testing.assert_allclose(extrinsics.camera_in_base(frame, 0), pose(1), atol=1e-9)
+        np.testing.assert_allclose(
+            extrinsics.camera_in_base(frame, 0).T_base_camera, pose(1), atol=1e-9)
 
 
 def test_the_base_itself_needs_no_transform(robot):
-    np.testing.assert_array_equal(robot.extrinsics().camera_in_base('base_link', 0), np.eye(4))
+    T = robot.extrinsics().camera_in_base('base_link', 0).T_base_camera
+    np.testing.assert_array_equal(T, np.eye(4))
 
 
 def test_without_a_transform_one_sentence_names_both_frames(robot):
@@ -442,9 +444,11 @@ def test_without_a_transform_one_sentence_names_both_frames(robot):
 def test_a_fixed_transform_sent_again_counts(robot):
     extrinsics = robot.extrinsics()
     robot.publish({('base_link', 'camera'): pose(1)})
-    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0), pose(1), atol=1e-9)
+    np.testing.assert_allclose(
+        extrinsics.camera_in_base('camera', 0).T_base_camera, pose(1), atol=1e-9)
     robot.publish({('base_link', 'camera'): pose(2)})
-    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0), pose(2), atol=1e-9)
+    np.testing.assert_allclose(
+        extrinsics.camera_in_base('camera', 0).T_base_camera, pose(2), atol=1e-9)
 
 
 @pytest.mark.parametrize('metres', [1e12, 1e300])
@@ -458,7 +462,8 @@ def test_an_absurd_transform_is_ignored_with_a_sentence(robot, capfd, metres):
     assert ("[probe]: the transform from 'base_link' to 'camera' is ignored: "
             in capfd.readouterr().err)
     robot.publish({('base_link', 'camera'): pose(2)})
-    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0), pose(2), atol=1e-9)
+    np.testing.assert_allclose(
+        extrinsics.camera_in_base('camera', 0).T_base_camera, pose(2), atol=1e-9)
 
 
 def ask_for_the_camera(robot, extrinsics):
@@ -477,7 +482,7 @@ def test_a_moving_transform_is_taken_at_the_stamp(robot):
                       100 * SECOND + i * SECOND // 10)
     T_base_head = se3.exp([0, 0, 0, 0, 0, 0.15])
     np.testing.assert_allclose(
-        extrinsics.camera_in_base('camera', 100 * SECOND + 15 * SECOND // 100),
+        extrinsics.camera_in_base('camera', 100 * SECOND + 15 * SECOND // 100).T_base_camera,
         T_base_head @ pose(1), atol=1e-9)
 
 
@@ -489,8 +494,8 @@ def test_a_frame_waits_for_the_moving_transform_of_its_stamp(robot):
     later = threading.Timer(0.3, robot.publish, (
         {('base_link', 'camera'): pose(2)}, '/tf', 101 * SECOND))
     later.start()
-    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 101 * SECOND), pose(2),
-                               atol=1e-9)
+    np.testing.assert_allclose(
+        extrinsics.camera_in_base('camera', 101 * SECOND).T_base_camera, pose(2), atol=1e-9)
     later.join()
 
 
