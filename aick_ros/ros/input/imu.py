@@ -52,7 +52,7 @@ class ImuInput:
         self._buffer = ImuBuffer()
         self._received_at = 0.0
         self._lock = threading.Lock()
-        self._awaited: int | None = None  # stamp of an image [ns]
+        self._awaited: int | None = None  # stamp of the first image that waits [ns]
         self._missing = ''  # which transform is missing, in one sentence
         self._clock = ''  # how the stamps differ from those of the images, in one sentence
         self._oldest: int | None = None  # stamp of the last sample at the first image [ns]
@@ -97,13 +97,18 @@ class ImuInput:
         Return whether the samples up to the stamp of an image [ns] have arrived.
 
         A late IMU is not waited for, nor one that is silent; the first sample is, if required.
+        ``on_change`` is called for the first of several images; a later one is asked for again.
         """
         self._receive()
         with self._lock:
-            self._awaited = None if self._has_arrived(stamp) else stamp
-            if self._awaited is not None and self._timer is not None:
+            if self._has_arrived(stamp):
+                if self._awaited is not None and self._awaited <= stamp:
+                    self._awaited = None  # the images before this one no longer wait
+                return True
+            self._awaited = stamp if self._awaited is None else min(self._awaited, stamp)
+            if self._timer is not None:
                 self._timer.reset()
-            return self._awaited is None
+            return False
 
     def _has_arrived(self, stamp: int) -> bool:
         newest = self._buffer.newest
@@ -115,10 +120,9 @@ class ImuInput:
         """
         Return the samples since the frame before, None where there is no IMU.
 
-        :raises InputError: where the first ones are required and their transform is missing.
-
         :param camera_frame: of the colour image.
         :param stamp: of the image [ns].
+        :raises InputError: where the first ones are required and their transform is missing.
         """
         self._receive()
         if self._buffer.newest is None:

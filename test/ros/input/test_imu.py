@@ -144,6 +144,31 @@ def test_an_image_waits_for_samples_that_are_about_to_come(made):
     assert driver.changes == [1]
 
 
+def test_of_several_images_the_first_is_told_of_and_then_each_that_is_asked_for_again(made):
+    """The oldest pair that waits and the newest one are asked for in turn."""
+    source, driver = made()
+    driver.send(5)
+    for stamp in (12 * MS, 31 * MS):
+        assert not source.reaches(stamp)
+    driver.send(10)
+    assert driver.changes == []
+    driver.send(15)
+    assert (driver.changes, driver.is_polled) == ([1], False)
+    assert source.reaches(12 * MS)
+    assert not source.reaches(31 * MS)
+    driver.send(35)
+    assert (driver.changes, driver.is_polled) == ([1, 1], False)
+
+
+def test_an_image_that_is_reached_leaves_a_later_one_waiting(made):
+    source, driver = made()
+    driver.send(10)
+    assert not source.reaches(12 * MS)
+    assert source.reaches(8 * MS)
+    driver.send(15)
+    assert (driver.changes, driver.is_polled) == ([1], False)
+
+
 def test_samples_are_looked_for_only_while_an_image_waits(made):
     source, driver = made()
     driver.send(5)
