@@ -103,12 +103,13 @@ class BaseOdometry:
 
     The motion of the camera is added to a start: where the base was when it was last placed, or
     when the extrinsic of a fixed camera was last corrected. A correction does not move the base.
+    Arrays that are given or returned may be changed by their owner.
 
-    :param pose: ``T_odom_base`` at the camera's pose of identity.
+    :param pose: ``T_odom_base`` at the camera's pose of identity; None: the identity.
     :param settings: how the velocity changes, of the base as of the camera.
     """
 
-    def __init__(self, pose: PoseWithCovariance = PoseWithCovariance.identity(),
+    def __init__(self, pose: PoseWithCovariance | None = None,
                  settings: OdometrySettings = OdometrySettings()) -> None:
         self.configure(settings)
         self.reset(pose)
@@ -120,15 +121,17 @@ class BaseOdometry:
     @property
     def pose(self) -> PoseWithCovariance:
         """``T_odom_base``, the last one measured, predicted or set."""
-        return self._pose
+        return self._pose.copy()
 
-    def reset(self, pose: PoseWithCovariance = PoseWithCovariance.identity()) -> None:
+    def reset(self, pose: PoseWithCovariance | None = None) -> None:
         """
         Begin at a pose, with a camera whose odometry begins at the identity, or level.
 
         In the latter case roll and pitch of the base are those by gravity.
+
+        :param pose: ``T_odom_base``; None: the identity.
         """
-        self._pose = pose
+        self._pose = PoseWithCovariance.identity() if pose is None else pose.copy()
         self._is_lost, self._is_new = False, True
         self._is_tracked, self._is_moved = True, False  # in the last frame; by hand, since then
         self._start: _Start | None = None
@@ -145,7 +148,7 @@ class BaseOdometry:
 
         :param is_blind: whether the camera's frames are not used either, as while paused.
         """
-        self._pose = pose
+        self._pose = pose.copy()
         self._start = None
         self._is_moved |= not self._is_tracked
         if is_blind or self._is_lost:
@@ -165,33 +168,35 @@ class BaseOdometry:
         self._is_lost = state is BaseState.LOST
         self._is_tracked = state not in (BaseState.LOST, BaseState.PREDICTED)
         if self._is_lost:
-            return BaseUpdate(update.stamp, state, self._pose)
+            return BaseUpdate(update.stamp, state, self.pose)
+        T_base_camera = T_base_camera.copy()  # is kept
         motion = self._motion(update, T_base_camera, mount)
         if self._is_tracked and self._is_moved:  # what was predicted wrongly is not added
             self._is_moved, self._start, self._camera = False, None, None
         self._follow(update, T_base_camera, mount)
         if state is not BaseState.CONTINUED:  # the next motion begins where this one does
             self._measured = update.stamp, T_base_camera
-        return BaseUpdate(update.stamp, state, self._pose,
+        return BaseUpdate(update.stamp, state, self.pose,
                           motion if state in (BaseState.TRACKED, BaseState.CONTINUED) else None)
 
     def _follow(self, update: OdometryUpdate, T_base_camera: np.ndarray, mount: Mount) -> None:
         """Add the motion of the camera since the start to the pose of the base there."""
+        camera = update.pose.copy()
         before = T_base_camera if self._mounted is None else self._mounted
         if mount is Mount.FIXED and not np.array_equal(before, T_base_camera):
             self._start, before = None, T_base_camera
         if self._is_new and update.level_start is not None:
             self._pose = _level(self._pose, update.level_start @ se3.inverse(T_base_camera))
-            self._camera = self._camera and PoseWithCovariance(update.level_start)
+            self._camera = self._camera and PoseWithCovariance(update.level_start.copy())
         self._is_new = False
         if self._camera is None:
-            self._camera, before = update.pose, T_base_camera
+            self._camera, before = camera, T_base_camera
         if self._start is None:
             self._start = _Start(self._pose, self._camera, before)
         start = self._start
-        self._pose = (start.base @ start.T_base_camera @ update.pose.since(start.camera)
+        self._pose = (start.base @ start.T_base_camera @ camera.since(start.camera)
                       @ se3.inverse(T_base_camera))
-        self._camera, self._mounted = update.pose, T_base_camera
+        self._camera, self._mounted = camera, T_base_camera
 
     def _motion(self, update: OdometryUpdate, T_base_camera: np.ndarray,
                 mount: Mount) -> BaseMotion | None:
