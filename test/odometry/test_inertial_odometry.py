@@ -15,8 +15,10 @@ from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.base_odometry import BaseOdometry
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.registration.preparation import Preparer
@@ -224,6 +226,21 @@ def test_odom_begins_level(rendered, updates):
     assert all(np.array_equal(update.level_start, first.level_start) for update in updates[True])
     assert updates[False][-1].level_start is None
     assert np.array_equal(updates[False][0].T_odom_camera, np.eye(4))
+
+
+def test_after_a_reset_to_a_pose_roll_and_pitch_are_those_of_gravity(rendered):
+    """The pose that was asked for stands on its head: place and yaw are kept."""
+    (first, second, *_), poses = rendered
+    asked = se3.from_roll_pitch_yaw(3.0, 0.0, 1.2, (5, 6, 7))
+    odometry, base = Odometry(), BaseOdometry()
+    base.update(odometry.register_frame(first), np.eye(4))
+    odometry.reset()
+    base.reset(PoseWithCovariance(asked))
+    found = base.update(odometry.register_frame(second), np.eye(4)).pose
+    np.testing.assert_allclose(found.translation, (5, 6, 7), atol=1e-9)
+    up = poses[1][:3, :3].T @ [0, 0, 1]
+    assert (found.rotation @ up)[2] > np.cos(np.radians(4.0))
+    assert np.arctan2(*found.rotation[1::-1, 0]) == pytest.approx(1.2)
 
 
 def test_a_level_frame_is_kept_without_a_jump(rendered, updates):
