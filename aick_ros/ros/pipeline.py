@@ -20,32 +20,25 @@ from rclpy.timer import Timer
 from aick_ros.borders import no_memory
 from aick_ros.borders.allocator import release_freed_memory
 from aick_ros.errors import InputError
-from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.messages.synchronizer import Pair
-from aick_ros.odometry import Odometry
-from aick_ros.odometry.base_odometry import BaseOdometry
 from aick_ros.registration.preparation import Preparation
-from aick_ros.ros.control import Control
-from aick_ros.ros.cutoff import Cutoff
-from aick_ros.ros.health.camera_report import CameraReport
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
-from aick_ros.ros.health.expectations import Expectations
 from aick_ros.ros.image_stream import ImageStream
 from aick_ros.ros.input.assembler import Arrival, FrameAssembler
 from aick_ros.ros.input.extrinsics import Extrinsics
-from aick_ros.ros.input.guess import Guess, StartByGuess
+from aick_ros.ros.input.guess import Guess
 from aick_ros.ros.input.imu import ImuInput
 from aick_ros.ros.input.rate_limit import RateLimit
 from aick_ros.ros.input.rgbd_images import require_messages
 from aick_ros.ros.input.transforms import Transforms
-from aick_ros.ros.load_shedding import Load, LoadShedding
-from aick_ros.ros.output.publisher import OdometryPublisher
-from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
-from aick_ros.ros.output.views import Views
+from aick_ros.ros.load_control import LoadControl
+from aick_ros.ros.output.outputs import Outputs
 from aick_ros.ros.overlapping_worker import OverlappingWorker
-from aick_ros.ros.parameters import initial_pose
 from aick_ros.ros.process.warm_up import warm_up
+from aick_ros.ros.report import Report
+from aick_ros.ros.requests import Requests
+from aick_ros.ros.robot_odometry import RobotOdometry
 from aick_ros.ros.work_queue import WorkQueue
 from aick_ros.ros.worker import Worker
 from aick_ros.settings import NodeSettings, Settings
@@ -55,7 +48,6 @@ _LONGEST_BACKLOG = 100  # pairs; chosen: 3 s at 30 Hz
 _LARGEST_BACKLOG = 256 * 2 ** 20  # bytes; chosen: a pair of 640x480 takes 1.5 to 2.1 MB
 _RELEASE_EVERY = 10  # seconds; chosen: a frame that then takes some milliseconds more is rare
 _THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
-_POSE_THROTTLE = 1.0  # likewise, for poses that are set
 
 _Result = TypeVar('_Result')
 
@@ -89,33 +81,27 @@ class Pipeline:
         self._transforms = Transforms(
             node, (settings.odom_frame_id, settings.guess_frame_id or settings.frame_id),
             on_change=self._queue.wake)
-        self._extrinsics = Extrinsics(self._transforms, settings)
-        self._assembler = FrameAssembler(
-            node, settings, self._extrinsics, on_change=self._queue.wake)
+        extrinsics = Extrinsics(self._transforms, settings)
+        self._assembler = FrameAssembler(node, settings, extrinsics, on_change=self._queue.wake)
         self._imu = ImuInput(node, self._transforms, on_change=self._queue.wake,
                              is_required=settings.wait_imu_to_init)
+        guess = (Guess(self._transforms, extrinsics, settings)
+                 if settings.guess_frame_id else None)
         # from frames to odometry
-        self._guess = (Guess(self._transforms, self._extrinsics, settings)
-                       if settings.guess_frame_id else None)
-        self._start = StartByGuess(self._guess, settings)
-        self._odometry = Odometry(core)
-        self._base = BaseOdometry(initial_pose(settings), core.odometry)
-        self._publisher = OdometryPublisher(node, settings, self._guess)
-        self._views = Views(node, settings.odom_frame_id)
-        self._rtabmap = RtabmapTopics(
-            node, settings.odom_frame_id, self._odometry.local_map)
-        self._camera_report = CameraReport(self._logger.info)
-        self._expectations = Expectations(node, settings)
-        self._cutoff = Cutoff()
-        self._control = Control(
-            node, settings.odom_frame_id, self._reset,
-            lambda: self._cutoff.set(Count.SKIPPED_WHILE_PAUSED), self._set_pose)
+        self._odometry = RobotOdometry(
+            settings, core, extrinsics, self._imu, guess, self._logger.info)
+        self._outputs = Outputs(node, settings, guess, self._odometry.local_map)
+        self._requests = Requests(
+            node, settings.odom_frame_id, self._odometry, self._outputs, self._between_frames,
+            is_active=lambda: self._images is not None)
         # from images to the queue
         self._rate_limit = RateLimit(settings.max_update_rate)
-        self._core, self._arrived, self._shedding = core, 0, LoadShedding()
+        self._load = LoadControl(settings, core, self._apply, self._logger.warning)
+        self._report = Report(node, settings, self._diagnostics, self._transforms, self._queue,
+                              self._odometry, self._load)
         self._images: ImageStream | None = None
-        self._report_timer: Timer | None = None
-        self._reports = 0
+        self._timer: Timer | None = None
+        self._seconds = 0
         self._worker = self._new_worker()
         self._between_frames(lambda: warm_up(core))
 
@@ -126,8 +112,8 @@ class Pipeline:
         self._images = ImageStream(self._node, self._settings, self._assembler, self._transforms,
                                    self._diagnostics, self._enqueue)
         # a steady timer: a /clock that stands still must not stop it
-        self._report_timer = self._node.create_timer(
-            1.0, partial(self._report, self._images),
+        self._timer = self._node.create_timer(
+            1.0, partial(self._each_second, self._images),
             clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def start(self) -> None:
@@ -137,10 +123,10 @@ class Pipeline:
     def deactivate(self) -> None:
         """Unsubscribe from both; nothing is published any more once this returns."""
         self._imu.deactivate()
-        if self._images is not None and self._report_timer is not None:
+        if self._images is not None and self._timer is not None:
             self._images.close()
-            self._node.destroy_timer(self._report_timer)
-            self._images = self._report_timer = None
+            self._node.destroy_timer(self._timer)
+            self._images = self._timer = None
         self._worker.drain()
 
     def close(self) -> None:
@@ -149,28 +135,20 @@ class Pipeline:
 
     def change_settings(self, core: Settings) -> None:
         """Change the settings of the algorithm between two frames."""
-        self._core = core
-        settings = self._shedding.settings(core)
-
-        def change() -> None:
-            self._odometry.change_settings(settings)
-            self._base.configure(settings.odometry)
-        self._between_frames(change)
+        self._load.change_settings(core)
 
     # A frame, from the executor's thread ...
 
     def _enqueue(self, pair: Pair) -> None:
         """Queue a pair with the cameras as they are now."""
-        if self._control.paused:
+        if self._requests.paused:
             self._diagnostics.count(Count.SKIPPED_WHILE_PAUSED)
         elif not self._rate_limit.admits(pair.colour_stamp):
             self._diagnostics.count(Count.SKIPPED_BY_RATE_LIMIT)
+        elif not self._load.admits_next():
+            self._diagnostics.count(Count.SKIPPED_TO_SHED_LOAD)
         else:
-            self._arrived += 1
-            if self._shedding.admits(self._arrived):
-                self._queue.put(self._assembler.arrival(pair))
-            else:
-                self._diagnostics.count(Count.SKIPPED_TO_SHED_LOAD)
+            self._queue.put(self._assembler.arrival(pair))
 
     # ... to those of the worker
 
@@ -184,7 +162,7 @@ class Pipeline:
 
     def _is_ready(self, arrival: Arrival) -> bool:
         """Return whether a pair can be answered, or must not block the newest one, which can."""
-        if self._cutoff.count_of(arrival.paired_at):
+        if self._requests.discarded_as(arrival.paired_at):
             return True
         images = self._images
         newest = None if images is None else images.newest
@@ -212,7 +190,7 @@ class Pipeline:
         It is not where a request came after it, and where the work fails, so that the next one
         follows.
         """
-        discarded_as = self._cutoff.count_of(arrival.paired_at)
+        discarded_as = self._requests.discarded_as(arrival.paired_at)
         if discarded_as:
             self._diagnostics.count(discarded_as)
             return None
@@ -238,28 +216,10 @@ class Pipeline:
                              throttle_duration_sec=_THROTTLE)
 
     def _register(self, arrival: Arrival, preparation: Preparation) -> None:
-        camera_frame, stamp = arrival.camera_frame, preparation.frame.stamp
-        extrinsic = self._extrinsics.camera_in_base(camera_frame, stamp)  # waits for /tf
-        T_base_camera = extrinsic.T_base_camera
-        start = self._start.pose(stamp)
-        samples = self._imu.samples(camera_frame, stamp)  # once: nothing rejects the frame now
-        if samples is not None:
-            preparation.add_imu(samples)
-        if start is not None:
-            self._base.reset(start)
-        if self._guess is None:
-            update = self._odometry.register(preparation, T_base_camera=T_base_camera)
-        else:
-            update = self._odometry.register(
-                preparation, partial(self._guess.camera_motion, camera_frame), T_base_camera)
-        if update.status.ok:
-            self._start.cancel()
-        self._camera_report.update(self._odometry.misalignment, self._odometry.distortion)
-        base = self._base.update(update, T_base_camera, extrinsic.mount)
-        if base is not None:
-            self._publisher.publish(base)
-            self._rtabmap.show(Registered(
-                preparation.frame, update, base, T_base_camera, camera_frame))
+        frame, camera_frame = preparation.frame, arrival.camera_frame
+        answer = self._odometry.register(preparation, camera_frame)
+        self._outputs.publish(frame, answer, camera_frame)
+        update = answer.camera
         self._diagnostics.answered(
             update, 1e3 * (time.monotonic() - arrival.paired_at),
             1e-6 * (self._node.get_clock().now().nanoseconds - update.stamp))
@@ -267,37 +227,12 @@ class Pipeline:
             self._logger.warning(
                 f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
                 throttle_duration_sec=_THROTTLE)
-        self._views.show(preparation.frame, update, self._base.pose.matrix, T_base_camera,
-                         camera_frame)
+        self._outputs.show(frame, answer, camera_frame)
 
-    # Requests, done by the worker between two frames.
+    # Between two frames, and once a second.
 
-    def _reset(self, pose: PoseWithCovariance | None) -> None:
-        self._cutoff.set(Count.DROPPED_BY_RESET)
-
-        def reset() -> None:
-            self._odometry.reset()
-            if pose is None:
-                self._base.reset()
-                self._start.reset()
-            else:
-                self._base.reset(pose)
-                self._start.cancel()
-            self._publisher.reset()
-            self._views.reset()
-            self._rtabmap.reset()
-            self._logger.info('odometry reset')
-        self._between_frames(reset)
-
-    def _set_pose(self, pose: PoseWithCovariance, paused: bool) -> None:
-        stands_still = paused or self._images is None
-
-        def set_pose() -> None:
-            self._base.set_pose(pose, stands_still)
-            self._publisher.reset()
-            self._start.cancel()
-            self._logger.info('pose set', throttle_duration_sec=_POSE_THROTTLE)
-        self._between_frames(set_pose)
+    def _apply(self, core: Settings) -> None:
+        self._between_frames(lambda: self._odometry.change_settings(core))
 
     def _between_frames(self, task: Callable[[], None]) -> None:
         def run() -> None:
@@ -308,47 +243,13 @@ class Pipeline:
                                    f'{traceback.format_exc()}')
         self._worker.put_task(run)
 
-    # Once a second.
-
-    def _shed_load(self) -> None:
-        """Compute less, or more again, as the load of the last seconds demands."""
-        if self._settings.process_every_frame or not self._settings.shed_load:
-            return
-        load = Load(time.monotonic(), self._arrived, self._worker.dropped, self._worker.busy,
-                    self._transforms.waited_in_all)
-        if self._shedding.update(load):
-            self.change_settings(self._core)
-            self._logger.warning(self._shedding.sentence or 'everything is computed again')
-
-    def _report(self, images: ImageStream) -> None:
-        self._reports += 1
-        if self._reports % _RELEASE_EVERY == 0:
+    def _each_second(self, images: ImageStream) -> None:
+        self._seconds += 1
+        if self._seconds % _RELEASE_EVERY == 0:
             self._between_frames(release_freed_memory)
-        self._shed_load()
-        complaint = '; '.join(filter(None, (
-            images.complaint(), self._expectations.complaint(), self._imu.complaint,
-            self._odometry.gyroscope.complaint, self._odometry.gravity.complaint)))
-        self._expectations.report_differences()
-        if complaint:
-            self._logger.warning(complaint, throttle_duration_sec=_THROTTLE)
-        for count, total in images.counts.items():
-            self._diagnostics.count_up_to(count, total)
-        late = self._transforms.complaint
-        self._diagnostics.dropped(self._worker.dropped, while_waiting=bool(late))
-        unknown = '' if self._guess is None else self._guess.complaint
-        concern = '; '.join(filter(None, (late, unknown)))
-        if concern:
-            self._logger.warning(concern, throttle_duration_sec=_THROTTLE)
-        self._diagnostics.publish(
-            complaint, self._control.paused,
-            {'backlog': str(self._queue.backlog),
-             'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}',
-             'misalignment of the camera': self._camera_report.misalignment,
-             'distortion of depth images': self._camera_report.distortion,
-             'gyroscope': self._odometry.gyroscope.description,
-             'accelerometer': self._odometry.gravity.description,
-             'dropped to shed load': self._shedding.step.value},
-            '; '.join(filter(None, (concern, self._shedding.sentence))))
+        self._load.update(
+            self._worker.dropped, self._worker.busy, self._transforms.waited_in_all)
+        self._report.publish(images, self._worker.dropped, self._requests.paused)
 
 
 def _queue(settings: NodeSettings) -> WorkQueue[Arrival]:

@@ -39,7 +39,9 @@ from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import values_of
 from aick_ros.ros.input import rgbd_images
 from aick_ros.ros.input.extrinsics import Extrinsic
+from aick_ros.ros.input.guess import StartByGuess
 from aick_ros.ros.load_shedding import Step
+from aick_ros.ros.output.rtabmap import RtabmapTopics
 from aick_ros.ros.output.views import Views
 from aick_ros.ros.pipeline import Pipeline
 from aick_ros.settings import NodeSettings, Settings
@@ -107,6 +109,7 @@ class Rig:
     """
     A pipeline on a node whose clock stands still and whose jobs the test does.
 
+    :ivar robot: the odometry of the robot, and ``outputs`` what is published of it.
     :ivar shown: the arguments of what is displayed.
     """
 
@@ -121,12 +124,13 @@ class Rig:
         self.settings = NodeSettings(**{
             'camera_in_base': (0.0,) * 6 + (1.0,), 'publish_tf': False, **settings})
         self.pipeline = Pipeline(self.node, self.settings, core)
-        self.camera = self.pipeline._odometry = Seen()
+        self.robot, self.outputs = self.pipeline._odometry, self.pipeline._outputs
+        self.camera = self.robot._camera = Seen()
         monkeypatch.setattr(self.pipeline._assembler, 'frame', lambda arrival: SimpleNamespace(
             stamp=arrival.pair.colour_stamp))
-        monkeypatch.setattr(self.pipeline._views, 'show',
+        monkeypatch.setattr(self.outputs._views, 'show',
                             lambda *arguments: self.shown.append(arguments))
-        monkeypatch.setattr(self.pipeline._rtabmap, 'show', self.shown.append)
+        monkeypatch.setattr(self.outputs._rtabmap, 'show', self.shown.append)
         graph.listen(OdometryMessage, self.node.resolve_topic_name('odom'))
         self.reports = graph.listen(DiagnosticArray, '/diagnostics')
 
@@ -219,14 +223,13 @@ def test_each_service_of_the_log_sets_its_level(make, level, severity):
 
 def test_a_reset_forgets_the_way_on_every_topic(make, monkeypatch):
     made, forgotten = make(), []
-    for part in ('_views', '_rtabmap', '_start'):
-        monkeypatch.setattr(getattr(made.pipeline, part), 'reset',
-                            lambda part=part: forgotten.append(part))
+    for part in (made.outputs._views, made.outputs._rtabmap, made.robot._start):
+        monkeypatch.setattr(part, 'reset', lambda part=part: forgotten.append(type(part)))
     made.camera.pose = se3.exp([1, 0, 0, 0, 0, 0])
     made.see(STAMP, STAMP + 33 * MS)
     made.call('reset_odom')
     made.see(STAMP + 66 * MS)
-    assert sorted(forgotten) == ['_rtabmap', '_start', '_views']
+    assert forgotten == [StartByGuess, Views, RtabmapTopics]
     np.testing.assert_allclose(made.poses[-1], np.eye(4))
 
 
@@ -261,7 +264,7 @@ def test_after_a_reset_to_a_pose_the_guess_is_not_waited_for(make):
     made.see(STAMP)
     assert made.poses == []  # the guess is not known yet
     T_odom_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
-    made.pipeline._reset(PoseWithCovariance(T_odom_base))
+    made.pipeline._requests._reset(PoseWithCovariance(T_odom_base))
     made.see(STAMP + 33 * MS)
     np.testing.assert_allclose(made.poses[-1], T_odom_base, atol=1e-9)
 
@@ -269,7 +272,7 @@ def test_after_a_reset_to_a_pose_the_guess_is_not_waited_for(make):
 def test_a_pose_that_was_set_is_where_it_goes_on_and_no_guess_is_waited_for(make):
     made = make(guess_frame_id='wheels', wait_for_transform=0.0)
     T_odom_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
-    made.pipeline._set_pose(PoseWithCovariance(T_odom_base), False)
+    made.pipeline._requests._set_pose(PoseWithCovariance(T_odom_base), False)
     made.see(STAMP)
     np.testing.assert_allclose(made.poses[-1], T_odom_base, atol=1e-9)
 
@@ -411,7 +414,7 @@ def test_the_base_moves_as_the_camera_does_where_it_sits(make):
     assert (sent.header.frame_id, sent.child_frame_id) == ('start', 'body')
     # what is displayed is that frame, too, in the frame of the odometry
     made.graph.listen(Path, 'path')
-    Views.show(made.pipeline._views, *made.shown[-1])
+    Views.show(made.outputs._views, *made.shown[-1])
     assert made.graph.sent(made.node, 'path')[-1].header.frame_id == 'start'
     registered, (frame, update, T_odom_base, T_shown, camera_frame) = made.shown[-2:]
     assert frame.stamp == update.stamp == registered.update.stamp == STAMP + 100 * MS
@@ -430,11 +433,11 @@ def test_extrinsic_and_imu_are_those_of_the_stamp_of_the_frame(make, monkeypatch
         return result
     pipeline = made.pipeline
     monkeypatch.setattr(pipeline._imu, 'samples', partial(known, 'samples'))
-    monkeypatch.setattr(pipeline._extrinsics, 'camera_in_base',
+    monkeypatch.setattr(made.robot._extrinsics, 'camera_in_base',
                         partial(known, Extrinsic(np.eye(4), Mount.MOVING)))
     mounts = []
-    update = pipeline._base.update
-    monkeypatch.setattr(pipeline._base, 'update', lambda *arguments: (
+    update = made.robot._base.update
+    monkeypatch.setattr(made.robot._base, 'update', lambda *arguments: (
         mounts.append(arguments[2]) or update(*arguments)))
     made.see(STAMP)
     assert asked == [('optical', STAMP), ('optical', STAMP)]
@@ -470,8 +473,8 @@ def test_without_a_guess_nothing_is_predicted(make):
 
 def test_a_guess_predicts_the_motion_of_the_camera(make, monkeypatch):
     made, asked = make(guess_frame_id='wheels', wait_for_transform=0.0), []
-    monkeypatch.setattr(made.pipeline._guess, 'T_guess_base', lambda stamp: np.eye(4))
-    monkeypatch.setattr(made.pipeline._guess, 'camera_motion',
+    monkeypatch.setattr(made.robot._guess, 'T_guess_base', lambda stamp: np.eye(4))
+    monkeypatch.setattr(made.robot._guess, 'camera_motion',
                         lambda *arguments: asked.append(arguments))
     made.see(STAMP)
     made.camera.predict(1, 2)
@@ -482,7 +485,7 @@ def test_a_guess_predicts_the_motion_of_the_camera(make, monkeypatch):
 def test_with_a_guess_it_starts_there(make, monkeypatch):
     made = make(guess_frame_id='wheels', wait_for_transform=0.0)
     T_guess_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
-    monkeypatch.setattr(made.pipeline._guess, 'T_guess_base', lambda stamp: T_guess_base)
+    monkeypatch.setattr(made.robot._guess, 'T_guess_base', lambda stamp: T_guess_base)
     made.see(STAMP)
     np.testing.assert_allclose(made.poses[-1], T_guess_base, atol=1e-9)
 
@@ -491,7 +494,7 @@ def test_with_a_guess_it_starts_where_that_is_at_the_first_frame_that_is_tracked
         make, monkeypatch):
     """A robot drives through the dark, by its wheels."""
     made = make(guess_frame_id='wheels', wait_for_transform=0.0)
-    monkeypatch.setattr(made.pipeline._guess, 'T_guess_base', lambda stamp: se3.exp(
+    monkeypatch.setattr(made.robot._guess, 'T_guess_base', lambda stamp: se3.exp(
         [(stamp - STAMP) / 1e9, 0, 0, 0, 0, 0]))
     made.camera.status = Status.TOO_FEW_KEYPOINTS
     made.see(STAMP, STAMP + 1000 * MS)
@@ -519,7 +522,7 @@ def test_a_frame_that_waits_at_the_start_takes_nothing_from_the_next_one(
             raise InputError('no transform')
         taken, waiting[:] = [*waiting], []
         return taken
-    monkeypatch.setattr(made.pipeline._guess, 'T_guess_base', T_guess_base)
+    monkeypatch.setattr(made.robot._guess, 'T_guess_base', T_guess_base)
     monkeypatch.setattr(made.pipeline._imu, 'samples', samples)
     made.see(STAMP)
     assert made.poses == made.camera.imu == []
@@ -554,7 +557,7 @@ def test_a_distortion_that_is_found_is_logged_and_reported(make):
     [(level, line)] = made.log
     assert level is LoggingSeverity.INFO
     assert line.startswith('depth images are distorted') and '3.1 mm' in line
-    made.pipeline._report(Stream())
+    made.pipeline._each_second(Stream())
     assert '3.1 mm' in made.values['distortion of depth images']
 
 
@@ -566,7 +569,7 @@ def test_a_misalignment_that_is_found_is_logged_and_reported(make):
     [(level, line)] = made.log
     assert level is LoggingSeverity.INFO
     assert line.startswith('rotated. This is corrected from now on')
-    made.pipeline._report(Stream())
+    made.pipeline._each_second(Stream())
     assert 'rotated' in made.values.values()
 
 
@@ -575,7 +578,7 @@ def test_tf_is_that_of_the_base_or_of_the_guess(make, monkeypatch, guess, child)
     tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
     made = make(publish_tf=True, guess_frame_id=guess, wait_for_transform=0.0)
     if guess:
-        monkeypatch.setattr(made.pipeline._guess, 'T_guess_base', lambda stamp: np.eye(4))
+        monkeypatch.setattr(made.robot._guess, 'T_guess_base', lambda stamp: np.eye(4))
     made.graph.listen(tf2_msgs.TFMessage, '/tf')
     made.see(STAMP)
     [link] = made.graph.sent(made.node, '/tf')[-1].transforms
@@ -585,7 +588,7 @@ def test_tf_is_that_of_the_base_or_of_the_guess(make, monkeypatch, guess, child)
 @pytest.mark.parametrize('paused, active', [(False, True), (True, True), (False, False)])
 def test_a_pose_that_is_set_knows_whether_frames_are_taken(make, monkeypatch, paused, active):
     made, given = make(), []
-    monkeypatch.setattr(made.pipeline._base, 'set_pose', lambda *given_: given.append(given_))
+    monkeypatch.setattr(made.robot._base, 'set_pose', lambda *given_: given.append(given_))
     monkeypatch.setattr(made.pipeline, '_images', object() if active else None)
     if paused:
         made.call('pause_odom')
@@ -624,7 +627,7 @@ def test_freed_memory_is_released_every_ten_seconds(make, monkeypatch):
     monkeypatch.setattr('aick_ros.ros.pipeline.release_freed_memory', lambda: released.append(1))
     monkeypatch.setattr(made.pipeline._worker, 'put_task', lambda task: task())
     for _ in range(29):
-        made.pipeline._report(Stream())
+        made.pipeline._each_second(Stream())
     assert released == [1, 1]
 
 
@@ -646,7 +649,7 @@ def fail(made, images):
 def complain(made, images):
     images.text = 'no depth'
     for _ in range(20):
-        made.pipeline._report(images)
+        made.pipeline._each_second(images)
 
 
 @pytest.mark.parametrize('what', [lose, damage, fail, complain])
@@ -704,7 +707,7 @@ def test_requests_are_confirmed_in_the_log(make):
     made.call('reset_odom')
     made.call('pause_odom')
     made.call('resume_odom')
-    made.pipeline._set_pose(PoseWithCovariance.identity(), False)
+    made.pipeline._requests._set_pose(PoseWithCovariance.identity(), False)
     made.work()
     assert made.log == [(LoggingSeverity.INFO, text) for text in (
         'odometry reset', 'paused', 'resumed', 'pose set')]
@@ -713,14 +716,13 @@ def test_requests_are_confirmed_in_the_log(make):
 
 def test_a_reset_to_a_pose_begins_there_and_the_views_anew(make, monkeypatch):
     made, forgotten = make(initial_pose=(9.0,) + (0.0,) * 5), []
-    for part in ('_views', '_rtabmap'):
-        monkeypatch.setattr(getattr(made.pipeline, part), 'reset',
-                            lambda part=part: forgotten.append(part))
+    for part in (made.outputs._views, made.outputs._rtabmap):
+        monkeypatch.setattr(part, 'reset', lambda part=part: forgotten.append(type(part)))
     made.see(STAMP)
     T_odom_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
-    made.pipeline._reset(PoseWithCovariance(T_odom_base, 4.0 * np.eye(6)))
+    made.pipeline._requests._reset(PoseWithCovariance(T_odom_base, 4.0 * np.eye(6)))
     made.see(STAMP + 33 * MS)
-    assert (forgotten, made.camera.resets) == (['_views', '_rtabmap'], 1)
+    assert (forgotten, made.camera.resets) == ([Views, RtabmapTopics], 1)
     np.testing.assert_allclose(made.poses[-1], T_odom_base, atol=1e-9)
 
 
@@ -729,10 +731,10 @@ def test_the_report_has_what_is_missing_and_what_waits(active):
     pipeline, odometry = made.pipeline, made.camera
     images.text, images.counts = 'no depth', {Count.DEPTH_MISSING: 4, Count.COLOUR_UNPAIRED: 5}
     odometry.gyroscope.complaint, odometry.gravity.complaint = 'turns', 'falls'
-    pipeline._camera_report.update(SimpleNamespace(
+    made.robot._camera_report.update(SimpleNamespace(
         values=np.zeros(8), description='rotated by 1 degree'), NO_DISTORTION)
     for _ in range(2):  # what is counted elsewhere is counted once
-        pipeline._report(images)
+        pipeline._each_second(images)
     assert made.status.message == 'no depth; turns; falls'
     assert made.log[-1] == (LoggingSeverity.WARN, 'no depth; turns; falls')
     values = made.values
@@ -750,21 +752,20 @@ def test_the_report_has_what_is_missing_and_what_waits(active):
 def test_the_report_has_what_others_expect_of_it_and_of_the_imu(active, monkeypatch):
     made, images = active
     differences = []
-    monkeypatch.setattr(made.pipeline, '_expectations', SimpleNamespace(
+    monkeypatch.setattr(made.pipeline._report, '_expectations', SimpleNamespace(
         complaint=lambda: 'somebody waits', report_differences=lambda: differences.append(1)))
-    monkeypatch.setattr(made.pipeline, '_imu', SimpleNamespace(
-        complaint='no IMU', deactivate=lambda: None))
-    made.pipeline._report(images)
+    monkeypatch.setattr(made.robot, '_imu', SimpleNamespace(complaint='no IMU'))
+    made.pipeline._each_second(images)
     assert made.status.message == 'somebody waits; no IMU'
     assert differences == [1]
 
 
 def test_where_nothing_is_missing_the_report_is_not_logged(active, monkeypatch):
     made, images = active
-    made.pipeline._report(images)
+    made.pipeline._each_second(images)
     assert made.log == []
     made.call_now('pause_odom')
-    made.pipeline._report(images)
+    made.pipeline._each_second(images)
     assert made.status.message.startswith('paused: ')
 
 
@@ -772,7 +773,7 @@ def test_a_backlog_is_reported_with_its_size(make, monkeypatch):
     made = make(process_every_frame=True)
     for i in range(3):
         made.pipeline._enqueue(pair(STAMP + i * 33 * MS, size=900_000, depth_size=600_000))
-    made.pipeline._report(Stream())
+    made.pipeline._each_second(Stream())
     assert (made.values['backlog'], made.values['backlog in MB']) == ('3', '4.5')
 
 
@@ -785,7 +786,7 @@ def test_a_backlog_is_bounded_in_number_and_in_size(make, every, count, size, ke
     for i in range(count):
         made.pipeline._enqueue(pair(STAMP + i * 33 * MS, size=size))
     assert made.pipeline._queue.backlog == kept
-    made.pipeline._report(Stream())
+    made.pipeline._each_second(Stream())
     assert made.snapshot.totals[Count.DROPPED_UNDER_LOAD] == count - kept
 
 
@@ -804,7 +805,7 @@ def test_frames_prepared_on_another_thread_are_answered_alike(make, monkeypatch,
     paths = []
     for cores in (1, 2):
         made = make(cores=cores, namespace=f'cores_{cores}', process_every_frame=True)
-        made.pipeline._odometry = Odometry()
+        made.robot._camera = Odometry()
         monkeypatch.setattr(made.pipeline._assembler, 'missing_for', lambda pair: '')
         monkeypatch.setattr(made.pipeline._assembler, 'frame',
                             lambda arrival: frames[arrival.pair.colour_stamp])
@@ -831,10 +832,11 @@ def overload(made, monkeypatch, seconds):
     worker = SimpleNamespace(dropped=0, busy=(0.0,), put_task=lambda task: task())
     monkeypatch.setattr(made.pipeline, '_worker', worker)
     for second in range(seconds + 1):
-        monkeypatch.setattr('aick_ros.ros.pipeline.time', SimpleNamespace(
+        monkeypatch.setattr('aick_ros.ros.load_control.time', SimpleNamespace(
             monotonic=lambda: 1e3 + second))
-        made.pipeline._shed_load()
-        made.pipeline._arrived += 30
+        made.pipeline._each_second(Stream())
+        for _ in range(30):
+            made.pipeline._load.admits_next()
         worker.dropped, worker.busy = worker.dropped + 10, (worker.busy[0] + 1.0,)
 
 
@@ -854,10 +856,10 @@ def test_the_velocity_of_the_base_may_change_as_the_settings_say(make, monkeypat
         return with_values(Settings(), {'odometry.hold_time': hold_time})
     made = make(core=of(2.0))
     overload(made, monkeypatch, 0)
-    model = made.pipeline._base._motion_model
+    model = made.robot._base._motion_model
     assert model.holds(2.0) and not model.holds(2.1)
     made.pipeline.change_settings(of(4.0))
-    assert made.pipeline._base._motion_model.holds(4.0)
+    assert made.robot._base._motion_model.holds(4.0)
 
 
 def test_what_is_dropped_under_load_is_reported_and_its_end_is_logged(make, monkeypatch):
@@ -865,21 +867,14 @@ def test_what_is_dropped_under_load_is_reported_and_its_end_is_logged(make, monk
     overload(made, monkeypatch, 2)
     _, sentence = made.log[-1]
     assert sentence.startswith('frames come faster than they can be registered: half of the key')
-    made.pipeline._report(Stream())
+    made.pipeline._each_second(Stream())
     assert made.status.message.endswith(sentence)
     assert made.values['dropped to shed load'] == 'half of the keypoints'
-    shedding = made.pipeline._shedding
+    shedding = made.pipeline._load._shedding
     shedding.step, shedding.update = Step.ALL, lambda load: True
-    made.pipeline._shed_load()
+    made.pipeline._each_second(Stream())
     assert made.log[-1] == (LoggingSeverity.WARN, 'everything is computed again')
     assert made.camera.settings == Settings()
-
-
-def test_what_is_computed_less_is_of_the_settings_as_they_are_now(make, monkeypatch):
-    made = make()
-    made.pipeline.change_settings(with_values(Settings(), {'features.max_keypoints': 300}))
-    overload(made, monkeypatch, 2)
-    assert made.camera.settings.features.max_keypoints == 150
 
 
 def test_under_a_load_that_stays_every_second_frame_is_skipped(make, monkeypatch):
@@ -891,23 +886,16 @@ def test_under_a_load_that_stays_every_second_frame_is_skipped(make, monkeypatch
     assert made.snapshot.totals[Count.SKIPPED_TO_SHED_LOAD] == 3
 
 
-@pytest.mark.parametrize('settings', [{'shed_load': False}, {'process_every_frame': True}])
-def test_where_it_is_not_wanted_everything_is_computed_under_load_too(make, monkeypatch, settings):
-    made = make(**settings)
-    overload(made, monkeypatch, 6)
-    assert not hasattr(made.camera, 'settings')
-
-
 def test_a_late_transform_is_named_and_is_no_load(make):
     made = make()
     for i in range(4):
         made.pipeline._enqueue(pair(STAMP + i * 33 * MS))
-    made.pipeline._report(Stream())
+    made.pipeline._each_second(Stream())
     for _ in range(3):
         made.pipeline._transforms._lateness.note('base_link', 'camera', 0.35)
     for i in range(4, 9):
         made.pipeline._enqueue(pair(STAMP + i * 33 * MS))
-    made.pipeline._report(Stream())
+    made.pipeline._each_second(Stream())
     late = "the transform from 'camera' to 'base_link' arrives 0.35 s after the frames"
     assert late in made.status.message
     assert made.log[-1][1].startswith(late)
@@ -918,8 +906,8 @@ def test_a_late_transform_is_named_and_is_no_load(make):
 def test_a_guess_that_is_not_known_is_reported(make):
     made = make(guess_frame_id='wheels', wait_for_transform=0.0)
     for second in range(3):
-        made.pipeline._guess.T_guess_base(STAMP + second * 1000 * MS)
-    made.pipeline._report(Stream())
+        made.robot._guess.T_guess_base(STAMP + second * 1000 * MS)
+    made.pipeline._each_second(Stream())
     unknown = "the transform from 'base_link' to 'wheels' (guess_frame_id) has never been known"
     assert unknown in made.status.message
     assert made.log[-1][1].startswith(unknown)
@@ -951,27 +939,27 @@ def test_the_pose_of_the_imu_is_looked_up_once_tf_reaches_the_frame(make, monkey
     extrinsic = Extrinsic(np.eye(4), Mount.FIXED)
     for part, name, result in (('_extrinsics', 'camera_in_base', extrinsic),
                                ('_imu', 'samples', None)):
-        monkeypatch.setattr(getattr(made.pipeline, part), name,
+        monkeypatch.setattr(getattr(made.robot, part), name,
                             lambda *_, name=name, result=result: asked.append(name) or result)
     made.see(STAMP)
     assert asked == ['camera_in_base', 'samples']
 
 
 @pytest.mark.parametrize('request_it', [
-    lambda pipeline: pipeline._reset(None),
-    lambda pipeline: pipeline._set_pose(PoseWithCovariance.identity(), False)])
+    lambda requests: requests._reset(None),
+    lambda requests: requests._set_pose(PoseWithCovariance.identity(), False)])
 def test_where_the_base_is_placed_anew_tf_of_the_guess_is_forgotten(
         make, monkeypatch, request_it):
     made = make(guess_frame_id='wheels', wait_for_transform=0.0, publish_tf=True,
                 initial_pose=(0.0,) * 6)
-    monkeypatch.setattr(made.pipeline._guess, 'T_guess_base',
+    monkeypatch.setattr(made.robot._guess, 'T_guess_base',
                         lambda stamp: np.eye(4) if stamp == STAMP else None)
     sent = []
-    monkeypatch.setattr(made.pipeline._publisher._tf, 'send',
+    monkeypatch.setattr(made.outputs._publisher._tf, 'send',
                         lambda stamp, *_: sent.append((stamp - STAMP) // MS))
     made.see(STAMP, STAMP + 33 * MS)
-    request_it(made.pipeline)
+    request_it(made.pipeline._requests)
     made.work()
-    made.pipeline._start.cancel()
+    made.robot._start.cancel()
     made.see(STAMP + 66 * MS)
     assert sent == [0, 33]
