@@ -15,10 +15,10 @@ from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallba
 
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
+from aick_ros.ros.arguments import Arguments
 from aick_ros.ros.entities import Entities
 from aick_ros.ros.parameter_node import ParameterNode
 from aick_ros.ros.pipeline import Pipeline
-from aick_ros.ros.process.arguments import Arguments
 from aick_ros.ros.process.node_program import run_node
 from aick_ros.ros.process.program import RCLError
 

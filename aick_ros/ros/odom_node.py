@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
+from aick_ros.ros.arguments import Arguments
 from aick_ros.ros.parameter_node import ParameterNode
 from aick_ros.ros.pipeline import Pipeline
-from aick_ros.ros.process.arguments import Arguments
 from aick_ros.ros.process.node_program import run_node
 
 _READ_ONCE = (' is read at the start only: give it to the node when it is started, in its '

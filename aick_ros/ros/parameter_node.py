@@ -16,8 +16,8 @@ from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 
 from aick_ros.errors import InputError
+from aick_ros.ros.arguments import Arguments
 from aick_ros.ros.parameters import LiveSettings, declare_settings
-from aick_ros.ros.process.arguments import Arguments
 from aick_ros.ros.robust_node import RobustNode
 from aick_ros.ros.typed_topics import TypedTopics
 

@@ -18,8 +18,8 @@ from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.registration.stage_times import STAGES
 from aick_ros.ros import odom_node
+from aick_ros.ros.arguments import Arguments
 from aick_ros.ros.conversions import from_pose, from_transform, to_stamp
-from aick_ros.ros.process.arguments import Arguments
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
 

@@ -14,8 +14,8 @@ from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 
 from aick_ros.errors import InputError
+from aick_ros.ros.arguments import Arguments
 from aick_ros.ros.parameter_node import ParameterNode
-from aick_ros.ros.process.arguments import Arguments
 
 
 @pytest.fixture

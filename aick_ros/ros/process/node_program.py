@@ -10,9 +10,9 @@ from collections.abc import Callable
 
 import rclpy
 
+from aick_ros.ros.arguments import Arguments, read_arguments
 from aick_ros.ros.parameter_files import warnings_of_files
 from aick_ros.ros.parameter_node import ParameterNode
-from aick_ros.ros.process.arguments import Arguments, read_arguments
 from aick_ros.ros.process.program import make_node, program
 from aick_ros.ros.process.signals import held
 

@@ -9,8 +9,8 @@ import subprocess
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.ros.arguments import Arguments, read_arguments
 from aick_ros.ros.playback.node_process import NODE_COMMAND
-from aick_ros.ros.process.arguments import Arguments, read_arguments
 
 
 @pytest.mark.parametrize('argv, expected', [
