@@ -30,9 +30,9 @@ from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.refinement import Refinement
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Evidence, Fit, Registration
 from aick_ros.registration.sensor_agreement import SensorAgreement
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.two_motions import TwoMotions
 from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
 from aick_ros.settings import Settings

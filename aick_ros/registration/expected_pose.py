@@ -13,7 +13,7 @@ from aick_ros.borders.values import number
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import MAX_STAMP, seconds
-from aick_ros.registration.refinement.misalignment import Prediction
+from aick_ros.registration.prediction import Prediction
 
 
 @dataclass(frozen=True, eq=False)

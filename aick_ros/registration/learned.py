@@ -23,7 +23,8 @@ from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.new_views import NewViews
 from aick_ros.registration.refinement.problem import mean_depth_lag
-from aick_ros.registration.result import Measure, Registration
+from aick_ros.registration.result import Registration
+from aick_ros.registration.samples import Measure
 from aick_ros.registration.systematic_error import SystematicError
 
 

@@ -28,10 +28,10 @@ from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.refined import CONTRADICTION, Refined
 from aick_ros.registration.refinement.refinement import Refinement
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.status import Status
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.two_motions import TwoMotions
 from aick_ros.registration.unexpected_motion import is_continued, is_same, sudden_accelerations
 from aick_ros.settings import OdometrySettings

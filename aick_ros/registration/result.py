@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -15,21 +14,12 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.geometry import definite
 from aick_ros.geometry.pose import PoseWithCovariance, unknown_covariance
-from aick_ros.registration.refinement.known_objects import FoundObjects
-from aick_ros.registration.refinement.measured_noise import NoiseSample
-from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
-from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.found_objects import FoundObjects
+from aick_ros.registration.samples import Measure
 from aick_ros.registration.status import Status
+from aick_ros.registration.tracks import Tracks
 
 _MOSTLY_KNOWN = 0.7  # chosen: share of the tracks on objects that have moved before
-
-
-@dataclass(frozen=True, eq=False)
-class Measure:
-    """Measures what residuals show of a camera; what learns nothing of it does not need that."""
-
-    noise: Callable[[], NoiseSample]
-    misalignment: Callable[[], MisalignmentSample | None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,8 @@ from __future__ import annotations
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.refined import Refined
-from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.result import Registration, SensorBias
+from aick_ros.registration.tracks import Tracks
 
 _UNUSUAL = 3.75
 """Ratio of the least normalised square of a bias to what is usual, from which on it is unusual.

@@ -20,9 +20,9 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.refined import CONTRADICTION, Refined
 from aick_ros.registration.refinement.refinement import Refinement
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.status import Status
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.registration.unexpected_motion import is_continued, sudden_accelerations
 from aick_ros.settings import Settings
 

@@ -20,9 +20,9 @@ import numpy as np
 
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.residuals import are_far_smaller
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Fit, Registration, SensorBias
 from aick_ros.registration.sensor_agreement import BETTER
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM
 
 _LEAST_SHARE = 0.15  # chosen: of the keypoints that confirm one alone, for the weaker one
 

@@ -20,17 +20,17 @@ from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.last_results import LastResults
+from aick_ros.registration.prediction import Prediction
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.refinement.refined import CONTRADICTION, Refined
 from aick_ros.registration.refinement.refinement import Refinement
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.repeating_scene import RepeatingSceneCheck
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.registration.tracked_keypoints import SHARE_TRACKED
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.unexpected_motion import NEAR_POSE, is_same
 from aick_ros.settings import Settings
 

@@ -14,10 +14,10 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.refined import Refined
-from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
 from aick_ros.registration.status import Status
+from aick_ros.registration.tracks import Tracks
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 CAMERA = Camera(12, 10, 10.0, 10.0, 5.5, 4.5)

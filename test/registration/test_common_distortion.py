@@ -16,8 +16,8 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.common_distortion import CommonDistortion
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.learned import Learned
-from aick_ros.registration.refinement.misalignment_equations import Equations
 from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.samples import Equations
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 

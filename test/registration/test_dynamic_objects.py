@@ -21,10 +21,10 @@ from aick_ros.registration.pose_vote import PoseVote
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.refinement import Refinement
-from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence, Fit
 from aick_ros.registration.sensor_agreement import SensorAgreement
+from aick_ros.registration.tracks import Tracks
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

@@ -19,9 +19,9 @@ from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.learned import Learned
 from aick_ros.registration.refinement.misalignment import Misalignment
-from aick_ros.registration.refinement.misalignment_equations import Equations, MisalignmentSample
 from aick_ros.registration.registrar import Registrar
-from aick_ros.registration.result import Measure, failed
+from aick_ros.registration.result import failed
+from aick_ros.registration.samples import Equations, Measure, MisalignmentSample
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings

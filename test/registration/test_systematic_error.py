@@ -16,7 +16,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.expected_pose import ExpectedPose
-from aick_ros.registration.refinement.misalignment import Prediction
+from aick_ros.registration.prediction import Prediction
 from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import (

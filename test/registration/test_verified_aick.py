@@ -14,10 +14,10 @@ from aick_ros.registration import stage_times
 from aick_ros.registration.aick.fit_covariance import fit_covariance
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.verified_aick import VerifiedAick
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values

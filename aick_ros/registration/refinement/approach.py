@@ -16,7 +16,8 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.residuals import PRIOR, NormalEquations, track_steps
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
+from aick_ros.registration.refinement.tracker import Tracker
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 _COUNT = 60  # chosen: keypoints that are tracked at first

@@ -21,8 +21,8 @@ from aick_ros.frames.depth_distortion import (
     COLUMNS, NO_DISTORTION, ROWS, DepthDistortion, have_same_nodes)
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.grouped_equations import GroupedEquations
-from aick_ros.registration.refinement.misalignment_equations import Equations
 from aick_ros.registration.refinement.misalignment_estimate import PRIOR_SIGMAS
+from aick_ros.registration.samples import Equations
 
 # All chosen on two excerpts of real recordings, each corrected by what the other shows, and on
 # rendered rooms with and without a distortion.

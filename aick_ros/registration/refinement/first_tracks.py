@@ -11,7 +11,8 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.registration.last_results import LastResults
-from aick_ros.registration.refinement.tracks import Tracker, Tracks
+from aick_ros.registration.refinement.tracker import Tracker
+from aick_ros.registration.tracks import Tracks
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,52 +11,11 @@ by its places in a frame, and is left out at first when another frame is registe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
-
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.registration.refinement.object_places import seen_by_target
-from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.found_objects import FoundObjects, Places
 
 _MOST_FRAMES = 64  # chosen: a second of a fast camera
 _REMEMBERED = NANOSECONDS  # chosen: time since objects have been seen to move [ns]
-
-
-@dataclass(frozen=True, eq=False)
-class Places:
-    """
-    Where one frame sees the scene and objects that move by themselves.
-
-    :param scene: Nx3 [m].
-    :param objects: Mx3 [m].
-    :param seen: stamp of the last frame in which the objects moved [ns].
-    """
-
-    scene: np.ndarray
-    objects: np.ndarray
-    seen: int
-
-
-@dataclass(frozen=True, eq=False)
-class FoundObjects:
-    """
-    What a registration shows, or knows, of objects that move by themselves.
-
-    :param source: places in the source.
-    :param target: likewise, in the target.
-    """
-
-    source: Places
-    target: Places
-
-    @classmethod
-    def of(cls, scene: Tracks, objects: Tracks, T_target_source: np.ndarray,
-           seen: int) -> FoundObjects:
-        """Return what tracks on the scene and on objects show; seen: as of :class:`Places`."""
-        return cls(Places(scene.points, objects.points, seen),
-                   Places(seen_by_target(scene, T_target_source),
-                          seen_by_target(objects, T_target_source), seen))
 
 
 class KnownObjects:

@@ -33,7 +33,8 @@ from aick_ros.borders.records import replaced
 from aick_ros.geometry.pose import along_all_axes
 from aick_ros.registration.refinement.mean_scatter import MeanScatter
 from aick_ros.registration.refinement.point_choice import PointChoice
-from aick_ros.registration.refinement.position_jitter import MeanJitter, PosesByKind, jitter
+from aick_ros.registration.refinement.position_jitter import MeanJitter, jitter
+from aick_ros.registration.samples import NoiseSample, PosesByKind
 
 # All bounds and weights chosen on two excerpts of real recordings and on rendered rooms with five
 # kinds of cameras.
@@ -69,30 +70,6 @@ the second on what exceeds 1 is a bias, with a share linear in its logarithm in 
 _BIAS_BOUNDS = 3.0, 5.0
 """Normalised squared bias: from the second on keypoints gain no weight, up to the first they gain
 all that the scatter shows, linear in its logarithm in between. Noise alone gives 1."""
-
-
-@dataclass(frozen=True, eq=False)
-class NoiseSample:
-    """
-    Noise as one registration shows it.
-
-    :param motion: mean displacement of the tracks in the image [px].
-    :param ratio: design effect of the keypoints by that of depth.
-    :param normalised: squared bias by its covariance, per degree of freedom.
-    :param squares: mean squared bias along an axis and about an axis [m^2, rad^2].
-    :param poses: by keypoints and by depth alone.
-    :param scatters: of the keypoints and of depth, 6x6, in units of their information.
-    :param rare: logarithm of the variance between parts of the image on planes which few cells
-        face as, by that on planes which many do; None where it shows none.
-    """
-
-    motion: float
-    ratio: float
-    normalised: float
-    squares: tuple[float, float]
-    poses: PosesByKind | None = None
-    scatters: tuple[np.ndarray, np.ndarray] | None = None
-    rare: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,11 +24,9 @@ from aick_ros import kernels
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.tracks import Tracks
 from aick_ros.settings import MisalignmentSettings, SensorSettings
 from aick_ros.settings.parameter import parameters
-
-_SHARE_MEASURED = 0.75  # chosen on excerpts and rendered cameras: 0.5 lags, 1 has more noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,36 +175,6 @@ class Correction:
 
 
 NO_CORRECTION = Correction(*2 * (Displacement(np.zeros((2, 6)), 1.0),))
-
-
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """
-    Pose that a frame would have at the velocity measured last.
-
-    :param T_target_source: 4x4.
-    :param twist: that velocity, of the body [m/s, rad/s].
-    :param elapsed: time since it was measured [s].
-    """
-
-    T_target_source: np.ndarray
-    twist: np.ndarray
-    elapsed: float
-
-    @classmethod
-    def of(cls, T_target_source: np.ndarray | None, twist: np.ndarray | None,
-           elapsed: float) -> Prediction | None:
-        """Return the prediction; None where the velocity is not known."""
-        if T_target_source is None or twist is None or not 0.0 < elapsed < np.inf:
-            return None
-        return cls(T_target_source, twist, elapsed)
-
-    def twist_with(self, T_target_source: np.ndarray) -> np.ndarray:
-        """Return the body velocity, 6: between the last one and that to a measured pose."""
-        deviation = se3.inverse(self.T_target_source) @ T_target_source
-        measured = se3.log(se3.exp(self.twist * self.elapsed) @ deviation) / self.elapsed
-        twist: np.ndarray = self.twist + _SHARE_MEASURED * (measured - self.twist)
-        return twist
 
 
 def image_height(camera: Camera) -> float:

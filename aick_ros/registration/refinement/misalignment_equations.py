@@ -24,39 +24,11 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import definite
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.residuals import PRIOR, PlaneResiduals, Residuals
-from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.samples import Equations, MisalignmentSample
+from aick_ros.registration.tracks import Tracks
 
 _EVERY = 4  # chosen: of so many depth residuals one is used; neighbours are correlated
 _SMALLEST_COSINE = 0.2  # chosen: of a ray to a normal; more grazing surfaces count as this
-
-
-@dataclass(frozen=True, eq=False)
-class Equations:
-    """
-    Normal equations of N unknowns.
-
-    :param information: NxN.
-    :param gradient: N, information times the values that explain the residuals best.
-    """
-
-    information: np.ndarray
-    gradient: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class MisalignmentSample:
-    """
-    Normal equations of the misalignment by one registration, its pose eliminated.
-
-    :param information: 10x10, in the order of :attr:`Misalignment.values`.
-    :param gradient: 10, information times the values that explain the residuals best.
-    :param with_distortion: of the misalignment, and behind it the distortion of the depth image
-        at its nodes; None: not made.
-    """
-
-    information: np.ndarray
-    gradient: np.ndarray
-    with_distortion: Equations | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ from aick_ros.geometry import definite
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.grouped_equations import MEMORY, RUN, GroupedEquations
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misalignment
-from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
+from aick_ros.registration.samples import MisalignmentSample
 
 _SIZE = 10  # offset in m and rad, delay and readout in s, relative errors of two focal lengths
 _ALL = np.arange(_SIZE, dtype=np.int64)

@@ -20,11 +20,11 @@ import numpy as np
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.registration.found_objects import FoundObjects, Places
 from aick_ros.registration.refinement import object_places
-from aick_ros.registration.refinement.known_objects import FoundObjects, Places
 from aick_ros.registration.refinement.residuals import (
     PRIOR, NormalEquations, Residuals, are_far_smaller, reprojection, squared_errors, track_steps)
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 # All chosen on rendered rooms through which boards, people, stacks of cartons and posters move.
@@ -77,7 +77,7 @@ class MovingObjects:
     def recall(self, known: Places, tracks: Tracks, pose: np.ndarray) -> None:
         """Recall what is known of the target, by a pose ``T_target_source``."""
         self._known = ~object_places.are_of_scene(
-            object_places.seen_by_target(tracks, pose), known.scene, known.objects)
+            tracks.seen_by_target(pose), known.scene, known.objects)
         if self._known.any():
             self._known = object_places.as_neighbours(tracks, self._known)
         self._known_scene = se3.transform(se3.inverse(pose), known.scene)

@@ -16,7 +16,7 @@ import numpy as np
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
 
 # All chosen on rendered rooms through which boards, people and stacks of cartons move.
 _NEIGHBOURS = 15  # of a track, it among them
@@ -64,19 +64,11 @@ def displacement(tracks: Tracks, T_target_source: np.ndarray) -> np.ndarray:
     return moved
 
 
-def seen_by_target(tracks: Tracks, T_target_source: np.ndarray) -> np.ndarray:
-    """Return where the target sees tracks, Kx3 [m]: without a depth of its own, by the pose."""
-    by_pose = se3.transform(T_target_source, tracks.points)[:, 2]
-    depths = np.where(np.isfinite(tracks.depths), tracks.depths, by_pose)
-    seen: np.ndarray = np.column_stack([tracks.rays, np.ones(len(tracks))]) * depths[:, None]
-    return seen
-
-
 def _seen(tracks: Tracks, T_target_source: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return which tracks the target has a depth of, K bool, and where, Nx3 in the source [m]."""
     measured = np.isfinite(tracks.depths)
-    return measured, se3.transform(se3.inverse(T_target_source), seen_by_target(
-        tracks[measured], T_target_source))
+    return measured, se3.transform(
+        se3.inverse(T_target_source), tracks[measured].seen_by_target(T_target_source))
 
 
 def are_of_scene(points: np.ndarray, scene: np.ndarray, objects: np.ndarray) -> np.ndarray:

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.geometry import se3
+from aick_ros.registration.samples import PosesByKind
 
 # Chosen on two excerpts of real recordings and on rendered rooms with five kinds of cameras.
 _REGULAR = 0.25  # intervals that differ by a smaller share count as equal
@@ -29,24 +30,6 @@ _LARGEST = 0.02 ** 2  # m^2; bound on what one registration shows
 
 _NOISE = 6.0  # by definition: sum of the squares of the factors 1, -2 and 1
 _SAMPLES_PER_INDEPENDENT_ONE = 2.0  # chosen: neighbouring second differences share two poses
-
-
-@dataclass(frozen=True, eq=False)
-class PosesByKind:
-    """
-    Poses of the source in the target of one registration, by each kind of residual alone.
-
-    :param stamps: of the source and of the target [ns].
-    :param by_keypoints: 4x4 [m].
-    :param by_depth: 4x4 [m].
-    :param variance: of the position by keypoints as their scatter shows it, mean along an axis
-        [m^2].
-    """
-
-    stamps: tuple[int, int]
-    by_keypoints: np.ndarray
-    by_depth: np.ndarray
-    variance: float
 
 
 def jitter(first: PosesByKind, second: PosesByKind, third: PosesByKind) -> float | None:

@@ -12,21 +12,20 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
+from aick_ros.registration.found_objects import Places
 from aick_ros.registration.refinement.estimate import Estimate, joint_estimate
-from aick_ros.registration.refinement.known_objects import Places
-from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise
 from aick_ros.registration.refinement.misalignment import (
     NO_CORRECTION, NO_MISALIGNMENT, Correction, Misalignment)
-from aick_ros.registration.refinement.misalignment_equations import (
-    MisalignmentSample, MovingPair, misalignment_sample)
+from aick_ros.registration.refinement.misalignment_equations import MovingPair, misalignment_sample
 from aick_ros.registration.refinement.moving_objects import LEAST_SHARE, MovingObjects
-from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.residuals import (
     PRIOR, NormalEquations, PlaneResiduals, Residuals, contradict, point_to_plane, reprojection,
     squared_errors, track_depth, track_steps)
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
-from aick_ros.registration.result import Fit, Measure, SensorBias
+from aick_ros.registration.result import Fit, SensorBias
+from aick_ros.registration.samples import Measure, MisalignmentSample, NoiseSample, PosesByKind
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 _COARSE_WIDTH = 3.0  # chosen: times the final robust width

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
-from aick_ros.registration.result import Fit, Measure, Registration, SensorBias
+from aick_ros.registration.result import Fit, Registration, SensorBias
+from aick_ros.registration.samples import Measure
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
 
 CONTRADICTION = 'the depths of the two frames contradict each other at most keypoints tracked'
 """Why a pose is rejected although keypoints confirm it."""

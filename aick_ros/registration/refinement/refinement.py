@@ -14,17 +14,18 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.registration.prediction import Prediction
 from aick_ros.registration.refinement.approach import Approach
 from aick_ros.registration.refinement.first_tracks import FirstTracks
 from aick_ros.registration.refinement.known_objects import KnownObjects
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.moving_objects import LEAST_SHARE
 from aick_ros.registration.refinement.problem import Problem
 from aick_ros.registration.refinement.refined import Refined
-from aick_ros.registration.refinement.tracks import Tracker, Tracks
+from aick_ros.registration.refinement.tracker import Tracker
 from aick_ros.registration.result import Fit
+from aick_ros.registration.tracks import Tracks
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 _COARSE_STEPS = 1  # chosen: iterations with wide robust weights, by the keypoints alone

@@ -29,7 +29,7 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.frames.surface import Surface
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Correction
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import SensorSettings
 
 SURFACE_NOISE = 1.4

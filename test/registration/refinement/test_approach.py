@@ -11,7 +11,7 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.approach import Approach
-from aick_ros.registration.refinement.tracks import Tracker
+from aick_ros.registration.refinement.tracker import Tracker
 from aick_ros.settings import Settings
 
 CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)

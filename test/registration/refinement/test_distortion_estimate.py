@@ -13,7 +13,7 @@ from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
 from aick_ros.registration.refinement.grouped_equations import GroupedEquations
-from aick_ros.registration.refinement.misalignment_equations import Equations
+from aick_ros.registration.samples import Equations
 
 SIGMA = 1e-3  # 1/m, of a node by one registration
 MISALIGNMENT = np.array([0.02, -0.01, 0.015, 0.02, -0.03, 0.01, -0.02, 0.02, -0.1, 0.03])

@@ -12,7 +12,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.first_tracks import FirstTracks
-from aick_ros.registration.refinement.tracks import Tracker
+from aick_ros.registration.refinement.tracker import Tracker
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

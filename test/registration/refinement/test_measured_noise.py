@@ -15,13 +15,14 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise
 from aick_ros.registration.refinement.point_choice import PointChoice
-from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.residuals import (
     SURFACE_NOISE, NormalEquations, point_to_plane, reprojection)
-from aick_ros.registration.refinement.tracks import Tracker, Tracks
+from aick_ros.registration.refinement.tracker import Tracker
+from aick_ros.registration.samples import NoiseSample, PosesByKind
+from aick_ros.registration.tracks import Tracks
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 

@@ -13,8 +13,8 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import (
-    Correction, Displacement, Misalignment, Prediction, image_height)
-from aick_ros.registration.refinement.tracks import Tracks
+    Correction, Displacement, Misalignment, image_height)
+from aick_ros.registration.tracks import Tracks
 from aick_ros.settings import MisalignmentSettings, SensorSettings
 
 CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
@@ -76,15 +76,6 @@ def test_keypoints_return_to_the_stamp_whatever_the_depth_camera_does(displaced)
     by_rows = Displacement(displacement.twists * [[0], [1]], HEIGHT)
     assert np.abs(seen - points).max() > 0.005
     assert np.abs(displaced(by_rows, seen) - points).max() < 2e-4
-
-
-def test_the_velocity_is_between_the_one_before_and_the_one_measured():
-    start = se3.exp(np.array([0.1, 0.2, -0.1, 0.2, -0.1, 0.3]))
-    old = TWIST + np.array([0.1, 0.0, -0.2, 0.3, 0.2, -0.1])
-    prediction = Prediction(start @ se3.exp(0.04 * old), old, 0.04)
-    assert prediction.twist_with(prediction.T_target_source) == pytest.approx(old)
-    assert prediction.twist_with(start @ se3.exp(0.04 * TWIST)) == pytest.approx(
-        0.25 * old + 0.75 * TWIST)
 
 
 @pytest.mark.parametrize('kind', ['depth', 'rows', 'both'])
@@ -197,17 +188,6 @@ def test_settings_have_its_numbers_within_their_ranges():
     np.testing.assert_array_equal(Misalignment.by(settings).values, values)
     assert Misalignment.of(np.full(10, -9.0)).settings == MisalignmentSettings(
         *[-0.2] * 3, *[-0.3] * 3, -0.1, -0.1, -0.3, -0.3)
-
-
-@pytest.mark.parametrize('pose, twist, elapsed, is_one', [
-    (np.eye(4), TWIST, 0.1, True), (None, TWIST, 0.1, False), (np.eye(4), None, 0.1, False),
-    (np.eye(4), TWIST, 0.0, False), (np.eye(4), TWIST, -0.1, False),
-    (np.eye(4), TWIST, np.inf, False), (np.eye(4), TWIST, np.nan, False)])
-def test_without_a_velocity_or_time_there_is_no_prediction(pose, twist, elapsed, is_one):
-    found = Prediction.of(pose, twist, elapsed)
-    assert (found is not None) == is_one
-    if found:
-        assert (found.T_target_source, found.twist, found.elapsed) == (pose, twist, elapsed)
 
 
 def test_the_pose_by_depth_is_between_what_both_depth_images_show():

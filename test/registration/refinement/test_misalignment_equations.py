@@ -19,7 +19,7 @@ from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Corre
 from aick_ros.registration.refinement.misalignment_equations import (
     MovingPair, _add_depth, _add_keypoints, misalignment_sample)
 from aick_ros.registration.refinement.residuals import point_to_plane, reprojection
-from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.tracks import Tracks
 from aick_ros.settings import Settings
 
 SETTINGS = Settings()

@@ -11,9 +11,9 @@ import pytest
 
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import Misalignment
-from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
 from aick_ros.registration.refinement.misalignment_estimate import (
     PRIOR_SIGMAS, MisalignmentEstimate)
+from aick_ros.registration.samples import MisalignmentSample
 
 # of one registration
 SIGMAS = np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.01, 0.01, 0.02, 0.02])

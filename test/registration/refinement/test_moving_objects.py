@@ -9,10 +9,9 @@ import pytest
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement.known_objects import Places
+from aick_ros.registration.found_objects import Places
 from aick_ros.registration.refinement.moving_objects import LEAST_SHARE, MovingObjects
-from aick_ros.registration.refinement.object_places import seen_by_target
-from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.tracks import Tracks
 from aick_ros.settings import Settings
 
 CAMERA = Camera(640, 480, 500.0, 500.0, 320.0, 240.0)
@@ -43,7 +42,7 @@ def objects_of(surface):
 
 def known_of(tracks, on_objects=ON_BOARD):
     """Return what an earlier frame has shown of the target."""
-    places = seen_by_target(tracks, POSE)
+    places = tracks.seen_by_target(POSE)
     return Places(places[~on_objects], places[on_objects], SEEN)
 
 

@@ -9,7 +9,7 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement import object_places
-from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.tracks import Tracks
 
 CAMERA = Camera(640, 480, 500.0, 500.0, 320.0, 240.0)
 WALL, BOARD = 3.0, 1.5  # m away

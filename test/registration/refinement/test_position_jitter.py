@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from aick_ros.geometry import se3
-from aick_ros.registration.refinement.position_jitter import MeanJitter, PosesByKind, jitter
+from aick_ros.registration.refinement.position_jitter import MeanJitter, jitter
+from aick_ros.registration.samples import PosesByKind
 
 INTERVAL = 33_000_000  # ns
 SIGMA = 0.003  # m

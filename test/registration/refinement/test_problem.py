@@ -13,11 +13,12 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement import problem
 from aick_ros.registration.refinement.mean_scatter import SHARE, MeanScatter
-from aick_ros.registration.refinement.measured_noise import Noise, NoiseSample
+from aick_ros.registration.refinement.measured_noise import Noise
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Misalignment, image_height
 from aick_ros.registration.refinement.problem import Problem
 from aick_ros.registration.refinement.residuals import Residuals, curvature, gradient_noise
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
+from aick_ros.registration.samples import NoiseSample
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import Settings
 
 CAMERA, OTHER = Camera(640, 480, 500, 510, 320, 240), Camera(640, 480, 400, 420, 320, 240)

@@ -19,7 +19,7 @@ from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.problem import _COARSE_WIDTH, Problem
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.residuals import point_to_plane, track_depth
-from aick_ros.registration.refinement.tracks import Tracker
+from aick_ros.registration.refinement.tracker import Tracker
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values

@@ -17,7 +17,7 @@ from aick_ros.registration.refinement.misalignment import Correction, Displaceme
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, _observable_projection, contradict, curvature, gradient_noise,
     point_to_plane, reprojection, track_depth, track_steps, unobservable_projection)
-from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
 

@@ -15,7 +15,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement.tracks import Tracker
+from aick_ros.registration.refinement.tracker import Tracker
 from aick_ros.registration.refinement.windows import (
     Windows, gradient_moments, reliefs_of, warps_of)
 from aick_ros.settings import SensorSettings, Settings
