@@ -94,9 +94,8 @@ def filled(image: np.ndarray) -> np.ndarray:
 
 def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray | float:
     """Return the standard deviation of the inverse depth [1/m], one number if it is constant."""
-    if sensor.depth_exponent == 2.0:
-        return sensor.depth_sigma
-    return sensor.depth_sigma * z ** (sensor.depth_exponent - 2.0)
+    exponent = sensor.inverse_depth_exponent
+    return sensor.depth_sigma if exponent == 0.0 else sensor.depth_sigma * z ** exponent
 
 
 def position_covariances(positions: np.ndarray, pixel_sigmas: np.ndarray, camera: Camera,

@@ -101,7 +101,7 @@ def _near_side(inverse: np.ndarray, behind: np.ndarray, sensor: SensorSettings) 
     What is behind has to be farther by more than the slope of what is near explains.
     """
     is_known = inverse > 0.0
-    noise = sensor.depth_sigma * np.where(is_known, inverse, 1.0) ** (2.0 - sensor.depth_exponent)
+    noise = sensor.depth_sigma * np.where(is_known, inverse, 1.0) ** -sensor.inverse_depth_exponent
     step = _LEAST_STEP * inverse + _LEAST_STEP_SIGMAS * noise
     beside, before = cv2.erode(inverse, np.ones((3, 3), np.uint8)), cv2.dilate(inverse, _ABOUT)
     is_edge: np.ndarray = (is_known & (inverse - beside > step)

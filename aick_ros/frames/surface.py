@@ -86,7 +86,7 @@ class Surface:
                            normals, roughness, cosines)
         kernels.smooth_cells(
             points, roughness.reshape(grid.height, grid.width), cosines, sensor.depth_sigma,
-            sensor.depth_exponent - 2.0, *_RELATIVE_ROUGHNESS, *_ROUGHNESS_BOUNDS, _MIN_COSINE,
+            sensor.inverse_depth_exponent, *_RELATIVE_ROUGHNESS, *_ROUGHNESS_BOUNDS, _MIN_COSINE,
             usable)
         return cls(grid, points, normals, usable, _choose(normals, usable, count), roughness)
 

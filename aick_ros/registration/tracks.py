@@ -62,7 +62,7 @@ class Tracks:
         rays, depths, sigmas = np.empty((most, 2)), *np.empty((2, most))
         count = kernels.reversed_tracks(
             self.keypoints, self.points, self.rays, self.depths, self.sigmas, sensor.depth_sigma,
-            sensor.depth_exponent - 2.0, keypoints, points, rays, depths, sigmas)
+            sensor.inverse_depth_exponent, keypoints, points, rays, depths, sigmas)
         return Tracks(keypoints[:count], points[:count], rays[:count], depths[:count],
                       sigmas[:count])
 

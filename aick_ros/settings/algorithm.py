@@ -42,6 +42,11 @@ class SensorSettings(Checked):
             raise InputError(f'sensor.min_depth = {self.min_depth:g} m and sensor.max_depth = '
                              f'{self.max_depth:g} m: the first must be less than the second')
 
+    @property
+    def inverse_depth_exponent(self) -> float:
+        """Exponent q of the noise of inverse depth: sigma = depth_sigma * depth^q."""
+        return self.depth_exponent - 2.0  # derived: d(1/z) = dz / z^2
+
 
 @dataclass(frozen=True)
 class MisalignmentSettings(Checked):

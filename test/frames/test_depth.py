@@ -148,6 +148,8 @@ def test_inverse_depth_sigma_is_that_of_sampled_depths(exponent):
     for z in (0.5, 1.0, 4.0):
         inverse = 1 / (z + rng.normal(0, sensor.depth_sigma * z ** exponent, 100_000))
         assert depth.inverse_depth_sigma(z, sensor) == pytest.approx(np.std(inverse), rel=0.02)
+        by_exponent = sensor.depth_sigma * z ** sensor.inverse_depth_exponent
+        assert by_exponent == pytest.approx(np.std(inverse), rel=0.02)
 
 
 def test_between_four_pixels_the_inverse_depth_is_bilinear_up_to_the_borders():

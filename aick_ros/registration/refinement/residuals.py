@@ -209,7 +209,7 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     blocks = np.empty(count, np.int64)
     found = kernels.track_depth(
         tracks.points, tracks.rays, tracks.depths, T_target_source,
-        _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, width, MEDIAN_1,
+        _CORNER_NOISE * sensor.depth_sigma, sensor.inverse_depth_exponent, width, MEDIAN_1,
         _LARGEST_SCALE ** 2, values, jacobian, weights, blocks)
     return Residuals(values[:found], jacobian[:found], weights[:found], blocks[:found])
 
@@ -231,7 +231,7 @@ def track_steps(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     step, pose = np.empty(6), np.empty((4, 4))
     kernels.track_steps(
         tracks.points, tracks.rays, tracks.sigmas, tracks.depths, T_target_source,
-        ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0,
+        ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.inverse_depth_exponent,
         width * np.array(wider), _MEDIAN_2, MEDIAN_1, _LARGEST_SCALE ** 2, _OTHER_MOTION * width,
         _SMALLEST_SCALE ** 2, weight, others.information, others.gradient, step, pose)
     return pose, step
@@ -280,7 +280,7 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
         correction.target.twists, correction.target.height, correction.depth_focal,
         target.points, target.normals, target.usable, target.roughness, target.grid.width,
         target.grid.height, target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma,
-        sensor.depth_exponent - 2.0, reach, smallest_cosine, width, MEDIAN_1,
+        sensor.inverse_depth_exponent, reach, smallest_cosine, width, MEDIAN_1,
         _LARGEST_SCALE ** 2, _SHARE_OBSERVED, _RIDGE,
         values, jacobian, weights, points, directions, blocks, sums)
     jacobian, noise = jacobian[:found], sums[1]

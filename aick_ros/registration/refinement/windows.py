@@ -185,7 +185,7 @@ def reliefs_of(grey: np.ndarray, depth_image: np.ndarray, pixels: np.ndarray, de
     ridge = _RIDGE * side ** 2 * (side ** 2 - 1) / 12  # of the squared offsets of all pixels
     kernels.window_reliefs(
         grey, depth_image, pixels, depths, side, _STEP * sensor.depth_sigma,
-        sensor.depth_exponent - 2.0, depth.LEAST_RISE, ridge, of_all, reliefs, slopes)
+        sensor.inverse_depth_exponent, depth.LEAST_RISE, ridge, of_all, reliefs, slopes)
     return of_all, reliefs, slopes
 
 
