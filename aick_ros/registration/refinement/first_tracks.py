@@ -5,41 +5,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import weakref
+from dataclasses import replace
 
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.tracker import Tracker
 from aick_ros.registration.tracks import Tracks
-
-
-@dataclass(frozen=True, eq=False)
-class _Known:
-    """Tracks of a source, by the target and the very pose that they were sought from."""
-
-    target: PreparedFrame
-    T_target_source: np.ndarray
-    tracks: Tracks
 
 
 class FirstTracks:
     """
     Remembers where the keypoints of the last source were found.
 
+    Frames are known by themselves, not by their stamps, which two cameras may share; poses by
+    their numbers. Whoever has one can be pickled; the copy remembers nothing.
+
     :param most: keypoints that are tracked, the first ones.
     """
 
     def __init__(self, tracker: Tracker, most: int) -> None:
         self._tracker, self._most = tracker, most
-        self._known = LastResults(_none_known, 1)
+        self._source: weakref.ref[PreparedFrame] | None = None
+        self._known: dict[tuple[weakref.ref[PreparedFrame], bytes], Tracks] = {}
+        """Tracks of that source, by the target and the pose that they were sought from."""
 
     def of(self, source: PreparedFrame, target: PreparedFrame,
            T_target_source: np.ndarray) -> Tracks:
         """Find the keypoints of the source in the target, as the tracker does."""
         tracks = self._tracker.track(source, target, T_target_source)
-        self._known(source).append(_Known(target, T_target_source, tracks))
+        if not self._is_last(source):
+            self._source, self._known = weakref.ref(source), {}
+        self._known[weakref.ref(target), T_target_source.tobytes()] = tracks
         return tracks
 
     def of_some(self, source: PreparedFrame, target: PreparedFrame, T_target_source: np.ndarray,
@@ -49,14 +47,21 @@ class FirstTracks:
 
         :param chosen: their rows, ascending; the tracks are numbered by their order.
         """
-        if len(source.keypoints) > self._most:
+        if len(source.keypoints) > self._most or not self._is_last(source):
             return None
-        for known in self._known(source):
-            if known.target is target and known.T_target_source is T_target_source:
-                tracks = known.tracks[np.isin(known.tracks.keypoints, chosen)]
-                return replace(tracks, keypoints=np.searchsorted(chosen, tracks.keypoints))
-        return None
+        known = self._known.get((weakref.ref(target), T_target_source.tobytes()))
+        if known is None:
+            return None
+        tracks = known[np.isin(known.keypoints, chosen)]
+        return replace(tracks, keypoints=np.searchsorted(chosen, tracks.keypoints))
 
+    def _is_last(self, source: PreparedFrame) -> bool:
+        return self._source is not None and self._source() is source
 
-def _none_known(source: PreparedFrame) -> list[_Known]:
-    return []
+    def __getstate__(self) -> tuple[Tracker, int]:
+        """Return what a copy has."""
+        return self._tracker, self._most
+
+    def __setstate__(self, state: tuple[Tracker, int]) -> None:
+        """Become a copy."""
+        FirstTracks.__init__(self, *state)

@@ -5,6 +5,7 @@
 
 import dataclasses
 import pickle
+import weakref
 from types import SimpleNamespace
 
 import numpy as np
@@ -51,7 +52,7 @@ def test_the_tracks_of_some_are_those_that_they_have_alone(pair, tracker):
 def counted(most=100):
     """Return first tracks by a tracker that counts, and its count."""
     asked = []
-    tracks = SimpleNamespace(track=lambda *of: asked.append(of) or SimpleNamespace())
+    tracks = SimpleNamespace(track=lambda *_: asked.append('tracks') or SimpleNamespace())
     return FirstTracks(tracks, most), asked
 
 
@@ -64,6 +65,33 @@ def test_nothing_is_known_of_another_pair_or_another_pose(pair, made):
     assert first.of_some(source, target, pose, CHOSEN) is None
     assert first.of_some(other, target, pose, CHOSEN) is None
     assert len(asked) == 2
+
+
+def test_a_pose_is_known_by_its_numbers(pair, tracker):
+    source, target, pose = pair
+    first, begun = FirstTracks(tracker, 400), pose.copy()
+    first.of(source, target, begun)
+    begun[0, 3] += 0.01
+    assert first.of_some(source, target, pose.copy(), CHOSEN) is not None
+    assert first.of_some(source, target, begun, CHOSEN) is None
+
+
+def test_frames_of_two_cameras_are_not_taken_for_one_another_by_their_stamps(made):
+    source, target, other = (made.prepared(stamp) for stamp in (3, 2, 2))
+    first, _ = counted()
+    pose = made.pose()
+    first.of(source, other, pose)
+    assert first.of_some(source, target, pose, CHOSEN) is None
+    assert first.of_some(made.prepared(3), other, pose, CHOSEN) is None
+
+
+def test_frames_are_not_kept_for_their_tracks(made):
+    source, target = made.prepared(3), made.prepared(2)
+    first, _ = counted()
+    first.of(source, target, made.pose())
+    kept = [weakref.ref(frame) for frame in (source, target)]
+    del source, target
+    assert [reference() for reference in kept] == [None, None]
 
 
 def test_nothing_is_known_of_keypoints_beyond_the_most(pair, tracker):
