@@ -18,6 +18,7 @@ import numpy as np
 from aick_ros.geometry import se3
 from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.pose_fusion import with_measurement
 
 ROTATION = np.hstack([np.zeros((3, 3)), np.eye(3)])
 """Rows of a term that measures the rotation alone."""
@@ -45,9 +46,7 @@ class MotionTerm:
 
     def added_to(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return the pose with this term; one without covariance stays as it is."""
-        update = self._update(pose)
-        return PoseWithCovariance(
-            se3.perturbed(pose.matrix, update.gain @ self.error(pose.matrix)), update.covariance)
+        return with_measurement(pose, self.T_target_source, self.rows, self.covariance)
 
     def kept(self, pose: PoseWithCovariance) -> np.ndarray:
         """Return the share of the error of a pose that is left with this term, 6x6."""

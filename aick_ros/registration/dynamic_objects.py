@@ -23,8 +23,8 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.pose_fusion import fused
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
@@ -114,7 +114,7 @@ class DynamicObjectCheck:
         elapsed = min(expected.elapsed, _LONGEST)
         prior = PoseWithCovariance(expected.T_target_source, np.diag(
             (0.5 * self._prior_sigmas * elapsed ** 2) ** 2))
-        second = fuse(prior, PoseWithCovariance(rest.T_target_source, rest.covariance))
+        second = fused(prior, PoseWithCovariance(rest.T_target_source, rest.covariance))
         if _is_known(found.fit) and _is_of_scene(rest.fit):
             return _at(second, found, rest,
                        f'{found.support} keypoints are on what has moved before')
@@ -173,13 +173,6 @@ class DynamicObjectCheck:
         tracks = refined.tracked
         return dataclasses.replace(
             refined, tracked=dataclasses.replace(tracks, keypoints=rest[tracks.keypoints]))
-
-
-def fuse(prior: PoseWithCovariance, measured: PoseWithCovariance) -> PoseWithCovariance:
-    """Return the pose that two independent estimates of it give together (Kalman update)."""
-    update = KalmanUpdate.of(prior.covariance, np.eye(6), measured.covariance)
-    step = update.gain @ se3.difference(measured.matrix, prior.matrix)
-    return PoseWithCovariance(se3.perturbed(prior.matrix, step), update.covariance)
 
 
 def _of_the_rest(found: Registration, rest: Refined, reason: str) -> Registration:

@@ -14,8 +14,9 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.pose_fusion import fused
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
-from aick_ros.registration.dynamic_objects import DynamicObjectCheck, _is_for_second, fuse
+from aick_ros.registration.dynamic_objects import DynamicObjectCheck, _is_for_second
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.pose_vote import PoseVote
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
@@ -71,21 +72,6 @@ def opinion(settings=Settings()):
 def off(pose, truth):
     E = se3.inverse(truth) @ pose
     return np.linalg.norm(E[:3, 3]), se3.angle(E[:3, :3])
-
-
-def test_fused_informations_add():
-    """Two estimates of one pose: the inverse of the covariance is the sum of the inverses."""
-    rng = np.random.default_rng(2)
-    roots = 1e-3 * rng.normal(size=(2, 6, 6))
-    prior, measured = (PoseWithCovariance(se3.exp(1e-5 * rng.normal(size=6)), root @ root.T)
-                       for root in roots)
-    informations = [np.linalg.inv(pose.covariance) for pose in (prior, measured)]
-    fused = fuse(prior, measured)
-    np.testing.assert_allclose(np.linalg.inv(fused.covariance), sum(informations), rtol=1e-5,
-                               atol=1e-8 * informations[0].max())
-    errors = [se3.difference(pose.matrix, fused.matrix) for pose in (prior, measured)]
-    pulls = [information @ error for information, error in zip(informations, errors)]
-    np.testing.assert_allclose(pulls[0], -pulls[1], rtol=1e-2)  # the weighted mean
 
 
 def test_a_sudden_motion_is_one_beyond_the_motion_model(frames):
@@ -274,8 +260,8 @@ class Played:
         odometry, refined = self.settings.odometry, self.answers[number]
         sigmas = np.repeat([5 / 3 * odometry.acceleration_sigma,
                             odometry.angular_acceleration_sigma], 3) * ELAPSED ** 2 / 2
-        return fuse(PoseWithCovariance(EXPECTED, np.diag(sigmas ** 2)),
-                    PoseWithCovariance(refined.T_target_source, refined.covariance))
+        return fused(PoseWithCovariance(EXPECTED, np.diag(sigmas ** 2)),
+                     PoseWithCovariance(refined.T_target_source, refined.covariance))
 
 
 @pytest.fixture

@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Fusion of a pose with independent measurements of it (Kalman update, to first order)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.geometry.pose import PoseWithCovariance
+
+
+def with_measurement(pose: PoseWithCovariance, measured: np.ndarray, rows: np.ndarray,
+                     noise: np.ndarray) -> PoseWithCovariance:
+    """
+    Return a pose with a measurement of some directions of it.
+
+    :param measured: the pose measured, 4x4 [m]; what the rows do not see is ignored.
+    :param rows: Kx6, directions of the error (x, y, z, rot x, rot y, rot z) in the fixed axes of
+        the target.
+    :param noise: KxK, covariance of the measurement along these [m^2, m rad, rad^2].
+    """
+    update = KalmanUpdate.of(pose.covariance, rows, noise)
+    error = rows @ se3.difference(measured, pose.matrix)
+    return PoseWithCovariance(
+        se3.perturbed(pose.matrix, update.gain @ error), update.covariance)
+
+
+def fused(pose: PoseWithCovariance, other: PoseWithCovariance) -> PoseWithCovariance:
+    """Return the pose that two independent estimates of it give together."""
+    return with_measurement(pose, other.matrix, np.eye(6), other.covariance)
