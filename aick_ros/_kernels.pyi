@@ -154,11 +154,10 @@ def point_to_plane(
     target_twists: np.ndarray, target_image_height: float, depth_focal: float,
     target_points: np.ndarray, target_normals: np.ndarray, usable: np.ndarray,
     target_roughness: np.ndarray, width: int, height: int,
-    intrinsics: np.ndarray, sigma: float, exponent: float, reach: float,
-    smallest_cosine: float, robust_width: float, typical: float, largest_ratio: float,
-    share_observed: float, ridge: float, values: np.ndarray, jacobian: np.ndarray,
-    weights: np.ndarray, moved: np.ndarray, directions: np.ndarray, blocks: np.ndarray,
-    sums: np.ndarray) -> tuple[int, bool]: ...
+    intrinsics: np.ndarray, depth_noise: np.ndarray, robustness: np.ndarray, reach: float,
+    smallest_cosine: float, share_observed: float, ridge: float, values: np.ndarray,
+    jacobian: np.ndarray, weights: np.ndarray, moved: np.ndarray, directions: np.ndarray,
+    blocks: np.ndarray, sums: np.ndarray) -> tuple[int, bool]: ...
 def pose_difference(pose: np.ndarray, reference: np.ndarray, error: np.ndarray) -> None: ...
 def predict_gravity(
     values: np.ndarray, covariance: np.ndarray, duration: float, velocity: np.ndarray,
@@ -174,9 +173,8 @@ def relative_pose(
     times: float, motion: np.ndarray, motion_covariance: np.ndarray) -> None: ...
 def reprojection(
     points: np.ndarray, rays: np.ndarray, sigmas: np.ndarray, pose: np.ndarray,
-    ray_sigma: float, robust_width: float, typical: float, largest_ratio: float,
-    truncation: float, smallest_ratio: float, values: np.ndarray, jacobian: np.ndarray,
-    weights: np.ndarray, blocks: np.ndarray) -> None: ...
+    ray_sigma: float, robustness: np.ndarray, truncation: np.ndarray, values: np.ndarray,
+    jacobian: np.ndarray, weights: np.ndarray, blocks: np.ndarray) -> None: ...
 def reversed_tracks(
     keypoints: np.ndarray, points: np.ndarray, rays: np.ndarray, depths: np.ndarray,
     sigmas: np.ndarray, sigma: float, exponent: float, reversed_keypoints: np.ndarray,
@@ -198,16 +196,14 @@ def stamp_errors(
     covariance: np.ndarray) -> None: ...
 def to_quaternion(rotation: np.ndarray, quaternion: np.ndarray) -> None: ...
 def track_depth(
-    points: np.ndarray, rays: np.ndarray, depths: np.ndarray, pose: np.ndarray, sigma: float,
-    exponent: float, robust_width: float, typical: float, largest_ratio: float,
-    values: np.ndarray, jacobian: np.ndarray, weights: np.ndarray,
-    blocks: np.ndarray) -> int: ...
+    points: np.ndarray, rays: np.ndarray, depths: np.ndarray, pose: np.ndarray,
+    depth_noise: np.ndarray, robustness: np.ndarray, values: np.ndarray, jacobian: np.ndarray,
+    weights: np.ndarray, blocks: np.ndarray) -> int: ...
 def track_steps(
     points: np.ndarray, rays: np.ndarray, sigmas: np.ndarray, depths: np.ndarray,
-    pose: np.ndarray, ray_sigma: float, depth_sigma: float, depth_exponent: float,
-    robust_widths: np.ndarray, typical_of_rays: float, typical_of_depths: float,
-    largest_ratio: float, truncation: float, smallest_ratio: float, weight: float,
-    information: np.ndarray, gradient: np.ndarray, last_step: np.ndarray,
+    pose: np.ndarray, ray_sigma: float, depth_noise: np.ndarray, wider: np.ndarray,
+    robustness_of_rays: np.ndarray, robustness_of_depths: np.ndarray, truncation: np.ndarray,
+    weight: float, information: np.ndarray, gradient: np.ndarray, last_step: np.ndarray,
     result: np.ndarray) -> None: ...
 def transform(pose: np.ndarray, points: np.ndarray, moved: np.ndarray) -> None: ...
 def undistort_depth(

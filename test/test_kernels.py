@@ -73,6 +73,17 @@ def test_whole_numbers_and_truth_values_are_not_converted():
                                np.zeros((6, 6)))
 
 
+def test_constants_of_another_kind_are_refused():
+    noise, robustness, truncation = np.ones(2), np.ones(3), np.ones(2)
+    found = np.zeros(6), np.zeros((6, 6)), np.zeros(6), np.zeros(6, np.int64)
+    with pytest.raises(ValueError, match='the robustness has 2 numbers: 3 are required'):
+        kernels.reprojection(POINTS, np.ones((3, 2)), np.ones(3), np.eye(4), 1.0, truncation,
+                             robustness, *found)
+    with pytest.raises(ValueError, match='the noise of depth has 3 numbers: 2 are required'):
+        kernels.track_depth(POINTS, np.ones((3, 2)), np.ones(3), np.eye(4), robustness, noise,
+                            *(array[:3] for array in found))
+
+
 def test_no_points_are_no_pixels():
     assert project(np.empty((0, 3))).shape == (0, 2)
 
@@ -171,7 +182,7 @@ def test_indices_out_of_range_are_refused(index):
             np.ones((2, 3), np.float32), indices, normals, np.ones(2, np.float32),
             np.zeros((2, 6)), 1.0, pose, 1.0, np.zeros((2, 6)), 1.0, 1.0,
             *2 * [np.ones((4, 3), np.float32)], np.ones(4, bool), np.ones(4, np.float32), 2, 2,
-            np.ones(4), 1.0, 0.0, 1.0, 0.5, 1.0, 1.0, 9.0, 0.2, 0.1, np.zeros(2), np.zeros((2, 6)),
+            np.ones(4), np.ones(2), np.ones(3), 1.0, 0.5, 0.2, 0.1, np.zeros(2), np.zeros((2, 6)),
             np.zeros(2), *np.zeros((2, 2, 3)), np.zeros(2, np.int64), np.zeros((2, 6, 6)))
 
 

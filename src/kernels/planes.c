@@ -92,7 +92,8 @@ typedef struct {
 
 typedef struct {
   const double *pose;  // 4x4
-  double sigma, exponent, reach, smallest_cosine;
+  const DepthNoise *noise;
+  double reach, smallest_cosine;
 } Pairing;
 
 // Pairs of a point and a plane, a row for each.
@@ -191,7 +192,7 @@ static inline void look_up(const Cells *cells, Candidates *to) {
 
 // The standard deviations of the inverse depths of points.
 static inline void find_noise(const Pairing *pairing, const double *depths, Column noise) {
-  const double sigma = pairing->sigma, exponent = pairing->exponent;
+  const double sigma = pairing->noise->sigma, exponent = pairing->noise->exponent;
   for (int n = 0; n < BATCH; ++n)
     noise[n] = inverse_depth_sigma(depths[n], sigma, exponent);
 }
@@ -328,21 +329,18 @@ static bool are_observed(const Pairs *pairs, double share, double ridge) {
 }
 
 PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
-  PyObject *objects[19];
+  PyObject *objects[21];
   Cells cells = {0};
   double rate, share, ridge;
   Pairing pairing = {0};
   Sought source = {0};
-  Robustness robustness;
-  if (!PyArg_ParseTuple(arguments, "OOOOOdOdOddOOOOnnOdddddddddOOOOOOO", &objects[0],
+  if (!PyArg_ParseTuple(arguments, "OOOOOdOdOddOOOOnnOOOddddOOOOOOO", &objects[0],
                         &objects[1], &objects[2], &objects[3], &objects[4], &source.moves.height,
                         &objects[5], &rate, &objects[6], &source.back.height, &source.focal,
                         &objects[7], &objects[8], &objects[9], &objects[10], &cells.width,
-                        &cells.height, &objects[11], &pairing.sigma, &pairing.exponent,
-                        &pairing.reach,
-                        &pairing.smallest_cosine, &robustness.width, &robustness.typical,
-                        &robustness.most, &share, &ridge, &objects[12], &objects[13], &objects[14],
-                        &objects[15], &objects[16], &objects[17], &objects[18]) ||
+                        &cells.height, &objects[11], &objects[12], &objects[13], &pairing.reach,
+                        &pairing.smallest_cosine, &share, &ridge, &objects[14], &objects[15],
+                        &objects[16], &objects[17], &objects[18], &objects[19], &objects[20]) ||
       !is_size(cells.width, cells.height))
     return NULL;
   source.all = row_count(objects[0]);
@@ -362,13 +360,15 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
       {"the usable cells", objects[9], '?', size, false},
       {"the roughness of the target", objects[10], 'f', size, false},
       {"the intrinsics", objects[11], 'd', 4, false},
-      {"the values", objects[12], 'd', count, true},
-      {"the jacobian", objects[13], 'd', 6 * count, true},
-      {"the weights", objects[14], 'd', count, true},
-      {"the points", objects[15], 'd', 3 * count, true},
-      {"the directions", objects[16], 'd', 3 * count, true},
-      {"the blocks", objects[17], 'q', count, true},
-      {"the sums", objects[18], 'd', 72, true},
+      {"the noise of depth", objects[12], 'd', 2, false},
+      {"the robustness", objects[13], 'd', 3, false},
+      {"the values", objects[14], 'd', count, true},
+      {"the jacobian", objects[15], 'd', 6 * count, true},
+      {"the weights", objects[16], 'd', count, true},
+      {"the points", objects[17], 'd', 3 * count, true},
+      {"the directions", objects[18], 'd', 3 * count, true},
+      {"the blocks", objects[19], 'q', count, true},
+      {"the sums", objects[20], 'd', 72, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
@@ -395,15 +395,16 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
   cells.usable = arrays.views[9].buf;
   cells.roughness = arrays.views[10].buf;
   cells.intrinsics = arrays.views[11].buf;
-  Pairs pairs = {arrays.views[12].buf, arrays.views[13].buf, arrays.views[15].buf,
-                 arrays.views[16].buf, arrays.views[17].buf, 0,
-                 arrays.views[18].buf, (double(*)[6])arrays.views[18].buf + 6};
+  pairing.noise = arrays.views[12].buf;
+  Pairs pairs = {arrays.views[14].buf, arrays.views[15].buf, arrays.views[17].buf,
+                 arrays.views[18].buf, arrays.views[19].buf, 0,
+                 arrays.views[20].buf, (double(*)[6])arrays.views[20].buf + 6};
   bool are_cells, is_observed;
   Py_BEGIN_ALLOW_THREADS
   are_cells = are_points(&source);
   if (are_cells && size > 0)
     find_pairs(&source, &cells, &pairing, &pairs);
-  weigh(pairs.values, pairs.count, &robustness, arrays.views[14].buf);
+  weigh(pairs.values, pairs.count, arrays.views[13].buf, arrays.views[16].buf);
   is_observed = are_observed(&pairs, share, ridge);
   if (rate != 1.0)
     scale_rows(&pairs, rate);

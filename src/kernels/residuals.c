@@ -129,15 +129,16 @@ static void reproject(const Tracks *tracks, const double *pose, double noise,
 }
 
 // A residual of each track that the target measures a depth of; return how many they are.
-static Py_ssize_t compare_depths(const Tracks *tracks, const double *pose, double noise,
-                                 double exponent, const Robustness *robustness, Residuals *to) {
+static Py_ssize_t compare_depths(const Tracks *tracks, const double *pose,
+                                 const DepthNoise *noise, const Robustness *robustness,
+                                 Residuals *to) {
   Py_ssize_t found = 0;
   for (Py_ssize_t i = 0; i < tracks->count; ++i) {
     if (!isfinite(tracks->depths[i]))
       continue;
     double arm[3], moved[3];
     move(pose, tracks->points[i], arm, moved);
-    const double z = moved[2], sigma = inverse_depth_sigma(z, noise, exponent);
+    const double z = moved[2], sigma = inverse_depth_sigma(z, noise->sigma, noise->exponent);
     const double direction[3] = {0.0, 0.0, 1.0 / (sigma * z * z)};
     to->values[found] = (1.0 / tracks->depths[i] - 1.0 / z) / sigma;
     by_twist(direction, arm, to->jacobian[found]);
@@ -150,14 +151,11 @@ static Py_ssize_t compare_depths(const Tracks *tracks, const double *pose, doubl
 }
 
 PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
-  PyObject *point_array, *ray_array, *sigma_array, *pose_array;
+  PyObject *point_array, *ray_array, *sigma_array, *pose_array, *robustness, *truncation;
   PyObject *value_array, *jacobian_array, *weight_array, *block_array;
   double noise;
-  Robustness robustness;
-  Truncation truncation;
-  if (!PyArg_ParseTuple(arguments, "OOOOddddddOOOO", &point_array, &ray_array, &sigma_array,
-                        &pose_array, &noise, &robustness.width, &robustness.typical,
-                        &robustness.most, &truncation.most, &truncation.least, &value_array,
+  if (!PyArg_ParseTuple(arguments, "OOOOdOOOOOO", &point_array, &ray_array, &sigma_array,
+                        &pose_array, &noise, &robustness, &truncation, &value_array,
                         &jacobian_array, &weight_array, &block_array))
     return NULL;
   const Py_ssize_t count = row_count(point_array);
@@ -166,6 +164,8 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
       {"the rays", ray_array, 'd', 2 * count, false},
       {"the sigmas", sigma_array, 'd', count, false},
       {"the pose", pose_array, 'd', 16, false},
+      {"the robustness", robustness, 'd', 3, false},
+      {"the truncation", truncation, 'd', 2, false},
       {"the values", value_array, 'd', 2 * count, true},
       {"the jacobian", jacobian_array, 'd', 12 * count, true},
       {"the weights", weight_array, 'd', 2 * count, true},
@@ -176,23 +176,20 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
     return NULL;
   const Py_buffer *views = arrays.views;
   const Tracks tracks = {views[0].buf, views[1].buf, views[2].buf, NULL, count};
-  Residuals residuals = {views[4].buf, views[5].buf, views[6].buf, views[7].buf};
+  Residuals residuals = {views[6].buf, views[7].buf, views[8].buf, views[9].buf};
   Py_BEGIN_ALLOW_THREADS
-  reproject(&tracks, views[3].buf, noise, &robustness, &truncation, &residuals);
+  reproject(&tracks, views[3].buf, noise, views[4].buf, views[5].buf, &residuals);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }
 
 PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
-  PyObject *point_array, *ray_array, *depth_array, *pose_array;
+  PyObject *point_array, *ray_array, *depth_array, *pose_array, *noise, *robustness;
   PyObject *value_array, *jacobian_array, *weight_array, *block_array;
-  double noise, exponent;
-  Robustness robustness;
-  if (!PyArg_ParseTuple(arguments, "OOOOdddddOOOO", &point_array, &ray_array, &depth_array,
-                        &pose_array, &noise, &exponent, &robustness.width, &robustness.typical,
-                        &robustness.most, &value_array, &jacobian_array, &weight_array,
-                        &block_array))
+  if (!PyArg_ParseTuple(arguments, "OOOOOOOOOO", &point_array, &ray_array, &depth_array,
+                        &pose_array, &noise, &robustness, &value_array, &jacobian_array,
+                        &weight_array, &block_array))
     return NULL;
   const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
@@ -200,6 +197,8 @@ PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
       {"the rays", ray_array, 'd', 2 * count, false},
       {"the depths", depth_array, 'd', count, false},
       {"the pose", pose_array, 'd', 16, false},
+      {"the noise of depth", noise, 'd', 2, false},
+      {"the robustness", robustness, 'd', 3, false},
       {"the values", value_array, 'd', count, true},
       {"the jacobian", jacobian_array, 'd', 6 * count, true},
       {"the weights", weight_array, 'd', count, true},
@@ -210,19 +209,20 @@ PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
     return NULL;
   const Py_buffer *views = arrays.views;
   const Tracks tracks = {views[0].buf, views[1].buf, NULL, views[2].buf, count};
-  Residuals residuals = {views[4].buf, views[5].buf, views[6].buf, views[7].buf};
+  Residuals residuals = {views[6].buf, views[7].buf, views[8].buf, views[9].buf};
   Py_ssize_t found;
   Py_BEGIN_ALLOW_THREADS
-  found = compare_depths(&tracks, views[3].buf, noise, exponent, &robustness, &residuals);
+  found = compare_depths(&tracks, views[3].buf, views[4].buf, views[5].buf, &residuals);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   return PyLong_FromSsize_t(found);
 }
 
 typedef struct {
-  double ray_noise, depth_noise, depth_exponent, weight;
+  double ray_noise, weight;
+  const DepthNoise *depth_noise;
   Robustness rays, depths;
-  Truncation truncation;
+  const Truncation *truncation;
 } Weighting;
 
 // Set the normal equations of both kinds of residuals and of others, with memory for a row of a
@@ -233,10 +233,10 @@ static void sum_up(const Tracks *tracks, const double *pose, const Weighting *by
   const Py_ssize_t rows = 2 * tracks->count;
   Residuals residuals = {memory, (double(*)[6])(memory + rows), memory + 7 * rows, NULL};
   double sums[36] = {0}, slopes[6] = {0};
-  reproject(tracks, pose, by->ray_noise, &by->rays, &by->truncation, &residuals);
+  reproject(tracks, pose, by->ray_noise, &by->rays, by->truncation, &residuals);
   add_equations(*residuals.jacobian, residuals.values, residuals.weights, rows, sums, slopes);
-  const Py_ssize_t found = compare_depths(tracks, pose, by->depth_noise, by->depth_exponent,
-                                          &by->depths, &residuals);
+  const Py_ssize_t found = compare_depths(tracks, pose, by->depth_noise, &by->depths,
+                                          &residuals);
   add_equations(*residuals.jacobian, residuals.values, residuals.weights, found, sums, slopes);
   for (int i = 0; i < 36; ++i)
     information[i] = others[i] + by->weight * sums[i];
@@ -254,43 +254,51 @@ static void solve_step(double *information, const double *gradient, double *step
 }
 
 PyObject *kernel_track_steps(PyObject *module, PyObject *arguments) {
-  PyObject *objects[10];
+  PyObject *objects[14];
   Weighting by;
-  if (!PyArg_ParseTuple(arguments, "OOOOOdddOddddddOOOO", &objects[0], &objects[1], &objects[2],
-                        &objects[3], &objects[4], &by.ray_noise, &by.depth_noise,
-                        &by.depth_exponent, &objects[5], &by.rays.typical, &by.depths.typical,
-                        &by.rays.most, &by.truncation.most, &by.truncation.least, &by.weight,
-                        &objects[6], &objects[7], &objects[8], &objects[9]))
+  if (!PyArg_ParseTuple(arguments, "OOOOOdOOOOOdOOOO", &objects[0], &objects[1], &objects[2],
+                        &objects[3], &objects[4], &by.ray_noise, &objects[5], &objects[6],
+                        &objects[7], &objects[8], &objects[9], &by.weight, &objects[10],
+                        &objects[11], &objects[12], &objects[13]))
     return NULL;
-  by.depths.most = by.rays.most;
-  const Py_ssize_t count = row_count(objects[0]), steps = row_count(objects[5]);
+  const Py_ssize_t count = row_count(objects[0]), steps = row_count(objects[6]);
   const Argument needed[] = {
       {"the points", objects[0], 'd', 3 * count, false},
       {"the rays", objects[1], 'd', 2 * count, false},
       {"the sigmas", objects[2], 'd', count, false},
       {"the depths", objects[3], 'd', count, false},
       {"the pose", objects[4], 'd', 16, false},
-      {"the widths", objects[5], 'd', steps, false},
-      {"the information", objects[6], 'd', 36, false},
-      {"the gradient", objects[7], 'd', 6, false},
-      {"the last step", objects[8], 'd', 6, true},
-      {"the result", objects[9], 'd', 16, true},
+      {"the noise of depth", objects[5], 'd', 2, false},
+      {"the factors of the widths", objects[6], 'd', steps, false},
+      {"the robustness of rays", objects[7], 'd', 3, false},
+      {"the robustness of depths", objects[8], 'd', 3, false},
+      {"the truncation", objects[9], 'd', 2, false},
+      {"the information", objects[10], 'd', 36, false},
+      {"the gradient", objects[11], 'd', 6, false},
+      {"the last step", objects[12], 'd', 6, true},
+      {"the result", objects[13], 'd', 16, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const Py_buffer *views = arrays.views;
   const Tracks tracks = {views[0].buf, views[1].buf, views[2].buf, views[3].buf, count};
-  const double *widths = views[5].buf;
-  double *step = views[8].buf, *pose = views[9].buf;
+  by.depth_noise = views[5].buf;
+  const double *wider = views[6].buf;
+  const Robustness *rays = views[7].buf, *depths = views[8].buf;
+  by.rays = *rays;
+  by.depths = *depths;
+  by.truncation = views[9].buf;
+  double *step = views[12].buf, *pose = views[13].buf;
   double *memory = malloc((16 * (size_t)count + 1) * sizeof(*memory));
   if (memory != NULL) {
     Py_BEGIN_ALLOW_THREADS
     memcpy(pose, views[4].buf, 16 * sizeof(*pose));
     for (Py_ssize_t i = 0; i < steps; ++i) {
       double information[36], gradient[6];
-      by.rays.width = by.depths.width = widths[i];
-      sum_up(&tracks, pose, &by, views[6].buf, views[7].buf, memory, information, gradient);
+      by.rays.width = wider[i] * rays->width;
+      by.depths.width = wider[i] * depths->width;
+      sum_up(&tracks, pose, &by, views[10].buf, views[11].buf, memory, information, gradient);
       solve_step(information, gradient, step);
       perturb(pose, step, pose);
     }

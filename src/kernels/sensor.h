@@ -8,6 +8,11 @@
 
 #include <math.h>
 
+typedef struct {
+  double sigma;     // standard deviation of the inverse depth at one metre
+  double exponent;  // of the depth, by whose power it grows
+} DepthNoise;
+
 // The standard deviation of the inverse depth: a power of the depth, often the same for all.
 static inline double inverse_depth_sigma(double z, double sigma, double exponent) {
   return exponent == 0.0 ? sigma : sigma * pow(z, exponent);

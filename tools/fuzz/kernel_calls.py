@@ -81,13 +81,13 @@ pairs_of_near_points f:n,4 f:m,4 %f
 pairs_of_similar_bits B:n,w B:m,w %w %f
 perturbed_pose d:4,4 d:6 d>4,4
 point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 %f d:2,6 %f %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
- %v %h d:4 %f %f %f %f %f %f %f %f %f d>n d>n,6 d>n d>n,3 d>n,3 q>n d>2,6,6
+ %v %h d:4 d:2 d:3 %f %f %f %f d>n d>n,6 d>n d>n,3 d>n,3 q>n d>2,6,6
 pose_difference d:4,4 d:4,4 d>6
 predict_gravity d:12 d:12,12 %f d:3 d:3 d:3,3 d:3,3 d:3,3 %f %f d>12 d>12,12
 project d:n,3 d:28 d>n,2
 propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
 relative_pose d:4,4 d:6,6 d:4,4 d:6,6 %f d>4,4 d>6,6
-reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
+reprojection d:n,3 d:n,2 d:n d:4,4 %f d:3 d:2 d>2,n d>2,n,6 d>2,n q>2,n
 reversed_tracks q:n d:n,3 d:n,2 d:n d:n %f %f q>n d>n,3 d>n,2 d>n d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
 shrink B:h,v B>h,v
@@ -96,8 +96,8 @@ solve_definite d:n,n d>n,k %k
 spread d:n,2 %f q>k
 stamp_errors d:4,4 d:6 d:6 d:6 %f %f %f d>6,6
 to_quaternion d:3,3 d>4
-track_depth d:n,3 d:n,2 d:n d:4,4 %f %f %f %f %f d>n d>n,6 d>n q>n
-track_steps d:n,3 d:n,2 d:n d:n d:4,4 %f %f %f d:k %f %f %f %f %f %f d:6,6 d:6 d>6 d>4,4
+track_depth d:n,3 d:n,2 d:n d:4,4 d:2 d:3 d>n d>n,6 d>n q>n
+track_steps d:n,3 d:n,2 d:n d:n d:4,4 %f d:2 d:k d:3 d:3 d:2 %f d:6,6 d:6 d>6 d>4,4
 transform d:4,4 d:n,3 d>n,3
 undistort_depth f:h,v d:n,k %f f>h,v
 valid_depth f:h,v %f %f f>h,v

@@ -22,7 +22,8 @@ import numpy as np
 
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.median import median
-from aick_ros.registration.refinement.residuals import MEDIAN_1, PlaneResiduals
+from aick_ros.registration.refinement.residuals import PlaneResiduals
+from aick_ros.registration.refinement.robust_weights import MEDIAN_1
 
 # All chosen on two excerpts of real recordings and on rendered rooms with four kinds of cameras.
 _RARE, _COMMON = 0.04, 0.06  # share of the cells that face alike: below, and above

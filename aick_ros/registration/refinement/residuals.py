@@ -4,31 +4,22 @@
 """
 Whitened residuals of a pose with their Jacobians: one function per kind of residual.
 
-At most half of them are outliers. The robust weights are those of the cost of Geman and McClure
-(1985): a quarter at the width. Errors of calibration and shutter, which the noise model lacks,
-enlarge all residuals of some pairs of frames. The width grows with their median, so that a few
-consistent residuals cannot outweigh the rest.
-
-Tracks may be on an object that moves by itself and has most of the keypoints. There the smallest
-third of the residuals tells what is noise: what is far beyond it has no weight, so that an object
-does not carry the pose with it.
-
-The Jacobians are with respect to the pose error of :mod:`aick_ros.geometry.se3`: [R p] becomes
-[exp(theta) R, p + delta], columns (delta, theta).
+Their weights are robust (:mod:`.robust_weights`). The Jacobians are with respect to the pose error
+of :mod:`aick_ros.geometry.se3`: [R p] becomes [exp(theta) R, p + delta], columns (delta, theta).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from statistics import NormalDist
 
 import numpy as np
 
 from aick_ros import kernels
 from aick_ros.frames.surface import Surface
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Correction
+from aick_ros.registration.refinement.robust_weights import (
+    LARGEST_SCALE, MEDIAN_1, MEDIAN_2, robustness, truncation)
 from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import SensorSettings
 
@@ -46,20 +37,8 @@ Up to the first the direction counts as observed, from the second as not, linear
 _LEAST_CURVATURE = 0.2
 """Smallest ratio of :func:`curvature`; chosen: noise has 0.57 at least, and outliers alone any."""
 
-_LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of their noise
-_SMALLEST_SCALE = 0.25
-"""Likewise, of tracks of which those that are far off are on an object that moves by itself.
-
-Chosen on rendered rooms through which a board passes: with 0.5 it moves a camera at rest by twice
-as much; on two excerpts of real recordings and twelve rendered ones trajectories are the same."""
-
 _CLEARLY = 4.0  # chosen: ratio of the squared errors from which on a track is of the smaller one
 _LEAST_ERROR = 0.25 ** 2  # chosen: smaller squared errors are taken as equal
-_OTHER_MOTION = 3.0  # chosen: robust widths from which on a track is another motion's
-MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
-"""Median of chi-square with one degree of freedom; derived."""
-
-_MEDIAN_2 = 2.0 * math.log(2.0)  # the same with two
 
 PRIOR = np.eye(6)
 """Information of a weak prior about a pose, chosen: standard deviations of 1 m and 1 rad.
@@ -131,6 +110,11 @@ class NormalEquations:
         return cls(information, gradient)
 
 
+def _depth_noise(sensor: SensorSettings, factor: float) -> np.ndarray:
+    """Return the noise of depth, some times that of the sensor, as the kernels take it, 2."""
+    return np.array([factor * sensor.depth_sigma, sensor.inverse_depth_exponent])
+
+
 def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
     """
     Return the empirical covariance of the gradient, 6x6.
@@ -179,9 +163,9 @@ def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float, 
     values, jacobian, weights = np.empty(2 * count), np.empty((2 * count, 6)), np.empty(2 * count)
     blocks = np.empty(2 * count, np.int64)
     kernels.reprojection(
-        tracks.points, tracks.rays, tracks.sigmas, T_target_source, ray_sigma, wider * width,
-        _MEDIAN_2, _LARGEST_SCALE ** 2, _OTHER_MOTION * width, _SMALLEST_SCALE ** 2, values,
-        jacobian, weights, blocks)
+        tracks.points, tracks.rays, tracks.sigmas, T_target_source, ray_sigma,
+        robustness(wider * width, MEDIAN_2), truncation(width), values, jacobian, weights,
+        blocks)
     return Residuals(values, jacobian, weights, blocks, dimensions=2)
 
 
@@ -209,8 +193,8 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     blocks = np.empty(count, np.int64)
     found = kernels.track_depth(
         tracks.points, tracks.rays, tracks.depths, T_target_source,
-        _CORNER_NOISE * sensor.depth_sigma, sensor.inverse_depth_exponent, width, MEDIAN_1,
-        _LARGEST_SCALE ** 2, values, jacobian, weights, blocks)
+        _depth_noise(sensor, _CORNER_NOISE), robustness(width, MEDIAN_1), values, jacobian,
+        weights, blocks)
     return Residuals(values[:found], jacobian[:found], weights[:found], blocks[:found])
 
 
@@ -231,9 +215,9 @@ def track_steps(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     step, pose = np.empty(6), np.empty((4, 4))
     kernels.track_steps(
         tracks.points, tracks.rays, tracks.sigmas, tracks.depths, T_target_source,
-        ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.inverse_depth_exponent,
-        width * np.array(wider), _MEDIAN_2, MEDIAN_1, _LARGEST_SCALE ** 2, _OTHER_MOTION * width,
-        _SMALLEST_SCALE ** 2, weight, others.information, others.gradient, step, pose)
+        ray_sigma, _depth_noise(sensor, _CORNER_NOISE), np.array(wider),
+        robustness(width, MEDIAN_2), robustness(width, MEDIAN_1), truncation(width), weight,
+        others.information, others.gradient, step, pose)
     return pose, step
 
 
@@ -244,7 +228,7 @@ def contradict(residuals: Residuals) -> bool:
     The depths of two images that show the same, and nevertheless differ so, do not belong to what
     the images show: those of one of the frames are wrong.
     """
-    are_large = residuals.values ** 2 > _LARGEST_SCALE ** 2 * MEDIAN_1
+    are_large = residuals.values ** 2 > LARGEST_SCALE ** 2 * MEDIAN_1
     return (len(are_large) >= FEWEST_TO_CONFIRM
             and bool(2 * np.count_nonzero(are_large) > len(are_large)))
 
@@ -279,9 +263,8 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
         correction.source.twists, correction.source.height, T_target_source, rate,
         correction.target.twists, correction.target.height, correction.depth_focal,
         target.points, target.normals, target.usable, target.roughness, target.grid.width,
-        target.grid.height, target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma,
-        sensor.inverse_depth_exponent, reach, smallest_cosine, width, MEDIAN_1,
-        _LARGEST_SCALE ** 2, _SHARE_OBSERVED, _RIDGE,
+        target.grid.height, target.grid.intrinsics, _depth_noise(sensor, SURFACE_NOISE),
+        robustness(width, MEDIAN_1), reach, smallest_cosine, _SHARE_OBSERVED, _RIDGE,
         values, jacobian, weights, points, directions, blocks, sums)
     jacobian, noise = jacobian[:found], sums[1]
     if not is_observed:

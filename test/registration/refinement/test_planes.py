@@ -73,7 +73,8 @@ def test_pairs_are_those_of_one_after_the_other(count, exponent):
     number, is_observed = kernels.point_to_plane(
         source[0], chosen, source[1], source[2], twists[0], IMAGE_HEIGHT, POSE, 1.0, -twists[1],
         IMAGE_HEIGHT, FOCAL, target[0], target[1], usable, target[2], WIDTH, HEIGHT, INTRINSICS,
-        SIGMA, exponent, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 0.5, 4.0, 0.1, 1e-3, *found, sums)
+        np.array([SIGMA, exponent]), np.array([ROBUST_WIDTH, 0.5, 4.0]), REACH, SMALLEST_COSINE,
+        0.1, 1e-3, *found, sums)
     rest = 0.1 * (sums[0] + 1e-3 * np.eye(6)) - sums[1]
     assert is_observed == (np.linalg.eigvalsh(rest)[0] > 0)
     assert number == len(pairs) and (count < COUNT or number > 50)
@@ -93,6 +94,7 @@ def test_no_cells_are_no_pairs():
     assert kernels.point_to_plane(
         source[0], np.arange(1, 5), source[1], source[2], np.zeros((2, 6)), 1.0, POSE, 1.0,
         np.zeros((2, 6)), 1.0, 1.0, none, none, np.empty(0, bool), none[:, 0].copy(), 0, 0,
-        INTRINSICS, SIGMA, 0.0, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 1.0, 4.0, 0.1, 1e-3,
+        INTRINSICS, np.array([SIGMA, 0.0]), np.array([ROBUST_WIDTH, 1.0, 4.0]), REACH,
+        SMALLEST_COSINE, 0.1, 1e-3,
         np.empty(4), np.empty((4, 6)), np.empty(4), *np.empty((2, 4, 3)), np.empty(4, int),
         np.zeros((2, 6, 6))) == (0, True)

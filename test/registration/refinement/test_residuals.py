@@ -340,9 +340,10 @@ def robust_weights(squares, width, typical, truncation=1e9, least=1.0):
     count = len(squares)
     points = np.column_stack([np.sqrt(squares), np.zeros(count), np.ones(count)])
     weights = np.empty((2, count))
-    kernels.reprojection(points, np.zeros((count, 2)), np.zeros(count), np.eye(4), 1.0, width,
-                         typical, 16.0, truncation, least, np.empty(2 * count),
-                         np.empty((2 * count, 6)), weights, np.empty(2 * count, int))
+    kernels.reprojection(points, np.zeros((count, 2)), np.zeros(count), np.eye(4), 1.0,
+                         np.array([width, typical, 16.0]), np.array([truncation, least]),
+                         np.empty(2 * count), np.empty((2 * count, 6)), weights,
+                         np.empty(2 * count, int))
     np.testing.assert_array_equal(weights[0], weights[1])
     return weights[0]
 
