@@ -139,7 +139,7 @@ class Attempts:
                   views: KnownViews) -> Iterator[Attempt]:
         blind = PoseWithCovariance(
             motion.matrix, self._expected.between(confirmed, prepared.stamp, None).covariance)
-        for reference in references.shapes():
+        for reference in references.depth_references():
             T_reference_last = _from(reference, references.last)
             expected = T_reference_last @ motion
             yield self._checked(prepared, reference, self._registrar.register_depth(
@@ -150,8 +150,8 @@ class Attempts:
                  seen: Registration) -> Attempt:
         fused = self._expected.fused(seen, reference.stamp, prepared.stamp)
         if reference.loss is not None and reference.loss.twist is not None:
-            fused = self._expected.doubted(fused, reference.stamp, prepared.stamp,
-                                           reference.loss.twist)
+            fused = self._expected.with_alternative(
+                fused, reference.stamp, prepared.stamp, reference.loss.twist)
         increment = Increment(fused.pose, seconds(reference.stamp, prepared.stamp))
         return Attempt(reference, seen, fused, increment, *self._check(fused, increment))
 

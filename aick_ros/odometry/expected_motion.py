@@ -101,21 +101,22 @@ class ExpectedMotion:
                 timing=kept @ seen.timing @ kept.T)
         return seen
 
-    def doubted(self, found: Registration, start: int, end: int,
-                twist: np.ndarray) -> Registration:
+    def with_alternative(self, found: Registration, start: int, end: int,
+                         twist: np.ndarray) -> Registration:
         """
-        Return a registration to a frame that was lost, with the doubt that it shows the scene.
+        Return a registration to a frame that was lost, as it may show no scene but an object.
 
         :param twist: body velocity before the loss [m/s, rad/s]. While it holds, all that the
             motion differs by from the one expected may be an error.
         """
         if not found.status.ok or not self._motion_model.holds(seconds(start, end)):
             return found
-        doubt = self.doubt(found.T_target_source, start, end, twist)
-        return replaced(found, covariance=found.covariance + doubt,
-                        unusual=found.unusual + doubt)
+        alternative = self.alternative_covariance(found.T_target_source, start, end, twist)
+        return replaced(found, covariance=found.covariance + alternative,
+                        unusual=found.unusual + alternative)
 
-    def doubt(self, motion: np.ndarray, start: int, end: int, twist: np.ndarray) -> np.ndarray:
+    def alternative_covariance(self, motion: np.ndarray, start: int, end: int,
+                               twist: np.ndarray) -> np.ndarray:
         """Return the covariance by which a motion, 4x4, may be the one expected instead, 6x6."""
         off = se3.difference(motion, self.between(start, end, twist).matrix)
         return np.outer(off, off)

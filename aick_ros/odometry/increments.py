@@ -27,7 +27,7 @@ class Increments:
 
     What both have in common cancels. What is left is noise, and by how much the motion follows a
     bias between keypoints and depth, a camera that may be misaligned and stamps that jitter. Other
-    sensors add their terms; after a loss the doubt is added that the camera was followed at all.
+    sensors add their terms; after a loss it is added that the motion may be the one expected.
 
     :param misalignment: of the camera; what is not known of it is an error of each motion.
     :param bias: of increments of the camera; each one adds to what is known of it.
@@ -43,21 +43,21 @@ class Increments:
         """
         Return the motion since the last tracked frame.
 
-        Where the frame was registered neither to the keyframe nor to the shape, as after a loss,
-        it is the motion since what it was registered to.
+        Where the frame was registered neither to the keyframe nor to the depth reference, as after
+        a loss, it is the motion since what it was registered to.
 
         :param attempt: by which the frame is tracked.
         :param references: as they were before the frame.
         :param twist: body velocity at the last tracked frame [m/s, rad/s]; None: unknown.
         """
-        if attempt.reference is not (references.shape or references.keyframe):
+        if attempt.reference is not (references.depth_reference or references.keyframe):
             return attempt.increment
         last = references.last
         increment = self._seen(prepared, attempt.seen, last, twist)
         if attempt.registration.is_by_depth:
             return increment  # it was registered with the expected motion as a term
         increment = self._expected.fused_increment(increment, last.stamp, prepared.stamp)
-        return self._doubted(increment, prepared, attempt.reference, references)
+        return self._with_alternative(increment, prepared, attempt.reference, references)
 
     def _seen(self, prepared: PreparedFrame, seen: Registration, last: Reference,
               twist: np.ndarray | None) -> Increment:
@@ -83,13 +83,14 @@ class Increments:
         # by depth alone a motion follows depth wholly, by keypoints alone not at all
         return motion, seen.is_by_depth * np.eye(6) if shown is None else shown.gain
 
-    def _doubted(self, increment: Increment, prepared: PreparedFrame, reference: Reference,
-                 references: References) -> Increment:
-        """Return a motion with the doubt that a frame that was lost has shown the scene."""
+    def _with_alternative(self, increment: Increment, prepared: PreparedFrame,
+                          reference: Reference, references: References) -> Increment:
+        """Return a motion that a lost frame shows, which may be that of an object instead."""
         loss, last = references.loss, references.last
         if (loss is None or loss.twist is None or reference.stamp <= loss.last.stamp
                 or not self._motion_model.holds(seconds(loss.last.stamp, prepared.stamp))):
             return increment
-        doubt = self._expected.doubt(increment.pose.matrix, last.stamp, prepared.stamp, loss.twist)
-        return Increment(increment.pose.with_covariance(increment.pose.covariance + doubt),
+        alternative = self._expected.alternative_covariance(
+            increment.pose.matrix, last.stamp, prepared.stamp, loss.twist)
+        return Increment(increment.pose.with_covariance(increment.pose.covariance + alternative),
                          increment.interval)

@@ -91,14 +91,14 @@ class KeyframePolicy:
             not self._tracks and variance <= last + step)
         return (first, variance, step) if is_kept else None
 
-    def keeps_shape(self, shape: int, registration: Registration) -> bool:
+    def keeps_depth_reference(self, stamp: int, registration: Registration) -> bool:
         """
         Return whether the depth image that a frame was registered to serves for the next.
 
-        :param shape: stamp of that image [ns].
+        :param stamp: of that image [ns].
         """
-        if shape != self._first_overlap[0]:
-            self._first_overlap = shape, registration.overlap
+        if stamp != self._first_overlap[0]:
+            self._first_overlap = stamp, registration.overlap
         return registration.overlap >= max(
             _MIN_SHAPE_OVERLAP, _MIN_OF_FIRST_OVERLAP * self._first_overlap[1])
 

@@ -45,11 +45,11 @@ class KeyframeChoice:
             self._by_keypoints(references, last, attempt)
 
     def _by_depth(self, references: References, last: Reference, attempt: Attempt) -> None:
-        if self._policy.keeps_shape(attempt.reference.stamp, attempt.seen):
-            references.track_shape(last, attempt.reference)
+        if self._policy.keeps_depth_reference(attempt.reference.stamp, attempt.seen):
+            references.track_by_depth(last, attempt.reference)
         else:
-            shape = Reference(last.prepared, last.pose)
-            references.track_shape(shape, shape)
+            reference = Reference(last.prepared, last.pose)
+            references.track_by_depth(reference, reference)
 
     def _by_keypoints(self, references: References, last: Reference, attempt: Attempt) -> None:
         prepared, reference = last.prepared, attempt.reference
@@ -58,7 +58,7 @@ class KeyframeChoice:
             self._policy.begin()
         if _is_kept(prepared, attempt, self._policy.advance):
             references.track(last, Reference(
-                self._registrar.brought(reference.prepared, prepared), reference.pose,
+                self._registrar.with_distortion_of(reference.prepared, prepared), reference.pose,
                 loss=reference.loss))
         else:
             if prepared.is_tracked:

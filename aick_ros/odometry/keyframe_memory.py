@@ -34,7 +34,7 @@ frame a keyframe. Frames that take several refinements are few, and take the lon
 
 _SPARE = 1  # by definition: a new keyframe comes before an old one goes
 
-_LEISURE = 0.06
+_SLOW_INTERVAL = 0.06
 """Interval of frames [s] from which a whole registration is done with each.
 
 Chosen: at 15 Hz there is time for it, and searches that wait find a fifth fewer places again."""
@@ -104,10 +104,10 @@ class KeyframeMemory:
         """
         if keyframe.stamp != self._frames[self._newest].stamp:
             self._add(keyframe, detour)
-        if interval >= _LEISURE:
+        if interval >= _SLOW_INTERVAL:
             effort = Effort.LEAST
         if self._added and not self._puts_off(effort):
-            self._settle()
+            self._process_new_keyframes()
             effort = max(effort, Effort.MORE)
         self._continue_search(effort, interval)
         if self.reused == 0:
@@ -188,7 +188,7 @@ class KeyframeMemory:
         self._put_off += 1
         return effort is Effort.MUCH and self._put_off <= _LONGEST_WAITS[effort]
 
-    def _settle(self) -> None:
+    def _process_new_keyframes(self) -> None:
         """Compact new keyframes, drop redundant ones, and begin a search if it is due."""
         for key in self._added:
             self._frames[key] = compact(self._frames[key], self._mappings)
@@ -207,11 +207,11 @@ class KeyframeMemory:
         if self._search is None:
             return
         self._waited += 1
-        if interval < _LEISURE and self._waited <= _LONGEST_WAITS[effort]:
+        if interval < _SLOW_INTERVAL and self._waited <= _LONGEST_WAITS[effort]:
             return
         self._waited = 0
         self._step(self._search)
-        while interval >= _LEISURE and self._search is not None and self._search.has_begun:
+        while interval >= _SLOW_INTERVAL and self._search is not None and self._search.has_begun:
             self._step(self._search)
 
     def _step(self, search: KeyframeSearch) -> None:
@@ -232,9 +232,9 @@ class KeyframeMemory:
 
     def _bring(self, key: int, other: int) -> None:
         """Free a keyframe of the distortion that another one is free of, from now on."""
-        brought = self._registrar.brought(self._frames[key], self._frames[other])
-        if brought is not self._frames[key]:
-            self._frames[key] = compact(brought, self._mappings)
+        corrected = self._registrar.with_distortion_of(self._frames[key], self._frames[other])
+        if corrected is not self._frames[key]:
+            self._frames[key] = compact(corrected, self._mappings)
 
     def _drop_redundant(self) -> None:
         """Drop copies, then keyframes until they are few enough: of two alike the older one."""

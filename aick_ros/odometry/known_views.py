@@ -29,14 +29,15 @@ def known_views(references: References, views_beside: ViewsBeside, target: Refer
     """
     Return the views that are nearest to where a frame is expected, nearest first.
 
-    :param views_beside: returns keyframes near a frame, beside the shapes of the references.
+    :param views_beside: returns keyframes near a frame, beside the depth references.
     :param target: what the frame is registered to; it is none of them.
     :param T_target_source: where it is expected, 4x4.
     """
     T_newest_target = se3.inverse(references.keyframe.pose.matrix) @ target.pose.matrix
     views = [*views_beside(T_newest_target, _MOST + 1),
-             *(KnownView(shape.prepared, se3.inverse(shape.pose.matrix) @ target.pose.matrix)
-               for shape in references.earlier_shapes)]
+             *(KnownView(reference.prepared,
+                         se3.inverse(reference.pose.matrix) @ target.pose.matrix)
+               for reference in references.earlier_depth_references)]
     views = [view for view in views if view.prepared.stamp != target.stamp]
     if not views:
         return []

@@ -262,7 +262,7 @@ class Odometry:
         It is not where its stamp goes back, as by less than an image that repeats has advanced it.
         """
         return (self._tracking.is_used and repeat is Repeat.NONE and not self._is_lost
-                and references.shape is None and not references.is_blurred()
+                and references.depth_reference is None and not references.is_blurred()
                 and self._stamp is not None and self._stamp < frame.stamp)
 
     def _register_prepared(self, prepared: PreparedFrame,

@@ -26,7 +26,7 @@ _OWN_NOISE = 0.5  # derived: share of the variance of a registration that is not
 
 _LONGEST_BLUR = 5.0  # s; chosen: what stays blurred for longer is how the camera sees
 
-_EARLIER_SHAPES = 4  # chosen: shapes of one darkness that are remembered
+_EARLIER_DEPTH_REFERENCES = 4  # chosen: those of one time without keypoints that are remembered
 
 _MAX_ATTEMPTS = 3
 """Most registrations per frame, chosen: one that fails costs about 45 ms, mostly in AICK."""
@@ -108,8 +108,9 @@ class References:
     The keyframe, the last tracked frame, earlier ones and the last lost one.
 
     While frames are registered by depth alone the keyframe stays, for keypoints that are seen
-    again. The shape is what they are registered to: the last frame with keypoints, and where that
-    is out of view a later one; None while there are keypoints. The shapes before it are kept too.
+    again. The depth reference is what they are registered to: the last frame with keypoints, and
+    where that is out of view a later one; None while there are keypoints. Those before it are
+    kept too.
 
     While the image is blurred, blurred frames may have to be keyframes. The last one that was
     sharp is kept: what is seen after the blur is registered to what was seen before it.
@@ -118,7 +119,8 @@ class References:
     is kept until a frame is registered to it, or to one before it.
 
     The keyframe and the earlier frames are kept without the images that registrations to them do
-    not need. The last frame, which the next one may repeat, and shapes keep all of theirs.
+    not need. The last frame, which the next one may repeat, and depth references keep all of
+    theirs.
 
     :param first: a frame that is the keyframe and the last tracked frame in one.
     """
@@ -126,8 +128,8 @@ class References:
     def __init__(self, first: Reference) -> None:
         self.last = first
         self.keyframe = self.sharp = first.bare()
-        self.shape: Reference | None = None
-        self.earlier_shapes: deque[Reference] = deque(maxlen=_EARLIER_SHAPES)
+        self.depth_reference: Reference | None = None
+        self.earlier_depth_references: deque[Reference] = deque(maxlen=_EARLIER_DEPTH_REFERENCES)
         self._earlier: deque[Reference] = deque(maxlen=_EARLIER_FRAMES)
         self._lost: Reference | None = None
         self._turn = 0
@@ -144,15 +146,15 @@ class References:
             self.sharp = keyframe
         if keyframe.stamp == self.sharp.stamp:
             self.sharp = keyframe  # it may have been corrected again
-        self.keyframe, self.last, self.shape = keyframe, last, None
-        self.earlier_shapes.clear()
+        self.keyframe, self.last, self.depth_reference = keyframe, last, None
+        self.earlier_depth_references.clear()
         self._lost, self._turn = None, 0
 
-    def track_shape(self, last: Reference, shape: Reference) -> None:
+    def track_by_depth(self, last: Reference, reference: Reference) -> None:
         """Advance to a frame that was registered to the depth image of another."""
-        if self.shape is not None and shape is not self.shape:
-            self.earlier_shapes.append(self.shape)
-        self.last, self.shape = last, shape
+        if self.depth_reference is not None and reference is not self.depth_reference:
+            self.earlier_depth_references.append(self.depth_reference)
+        self.last, self.depth_reference = last, reference
         self._lost, self._turn = None, 0
 
     def lose(self, lost: Reference) -> None:
@@ -182,14 +184,14 @@ class References:
         return self.keyframe.stamp != self.sharp.stamp
 
     def is_return_to(self, reference: Reference) -> bool:
-        """Return whether a frame registered to a reference ends the dark or a blur."""
-        return self.shape is not None or self.is_blurred() and reference is self.sharp
+        """Return whether a frame registered to a reference ends depth-only mode or a blur."""
+        return self.depth_reference is not None or self.is_blurred() and reference is self.sharp
 
-    def shapes(self) -> Iterator[Reference]:
+    def depth_references(self) -> Iterator[Reference]:
         """Yield what to register a frame to by depth alone."""
-        if self.shape is not None:
-            yield self.shape
-        if self.last is not self.shape:
+        if self.depth_reference is not None:
+            yield self.depth_reference
+        if self.last is not self.depth_reference:
             yield self.last
 
     def candidates(self, prepared: PreparedFrame) -> Iterator[Reference]:

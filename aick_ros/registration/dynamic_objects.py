@@ -150,7 +150,7 @@ class DynamicObjectCheck:
             return found
         vote = pose_vote(source, target, found.T_target_source, second.matrix, self._sensor)
         if not _is_for_second(vote, sudden):
-            return _doubted(found, second.matrix, vote)
+            return _with_alternative(found, second.matrix, vote)
         reason = (f'{found.support} keypoints move by themselves, {vote.second:.0%} of the view '
                   'shows another motion')
         return _at(second, found, rest, reason)
@@ -216,7 +216,7 @@ def _is_for_second(vote: PoseVote, sudden: float) -> bool:
             and vote.for_second > needed)
 
 
-def _doubted(found: Registration, second: np.ndarray, vote: PoseVote) -> Registration:
+def _with_alternative(found: Registration, second: np.ndarray, vote: PoseVote) -> Registration:
     """Return a registration that may be wrong, with the variance of a choice between two poses."""
     difference = se3.difference(found.T_target_source, second)
     return dataclasses.replace(found, covariance=(

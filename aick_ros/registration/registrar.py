@@ -44,9 +44,9 @@ Chosen: on two excerpts of real recordings and five rendered ones it finds and c
 does with 275; with 100 it contradicts twice as often."""
 
 _TARGETS = 2  # chosen: the keyframe, and what is tried where it fails
-_VIEWS = 8  # chosen: those beside a frame in the dark, which come and go
+_VIEWS = 8  # chosen: those beside a frame without keypoints, which come and go
 
-_FORGOTTEN = 60  # registrations by keypoints after which surfaces for the dark go; chosen
+_FORGOTTEN = 60  # registrations by keypoints after which surfaces for depth alone go; chosen
 
 
 class Registrar:
@@ -79,7 +79,7 @@ class Registrar:
         self._own_keypoints = LastResults(self._preparer.keypoints, 1)
         self._alike = CommonDistortion(self._preparer, _TARGETS)
         self._beside_alike = CommonDistortion(self._preparer, _VIEWS)
-        self._since_dark = 0  # registrations by keypoints
+        self._since_depth_alone = 0  # registrations by keypoints
 
     @property
     def preparer(self) -> Preparer:
@@ -165,7 +165,7 @@ class Registrar:
         found = self._verified.register(source, target, expected, tracked)
         return self._taught_by(found, source, target, expected)
 
-    def brought(self, target: PreparedFrame, source: PreparedFrame) -> PreparedFrame:
+    def with_distortion_of(self, target: PreparedFrame, source: PreparedFrame) -> PreparedFrame:
         """Return the target as the source is registered to it: free of the same distortion."""
         _require_frames(source, target)
         return self._alike(target, source)
@@ -204,15 +204,15 @@ class Registrar:
     def _taught_by(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
                    expected: ExpectedPose | None) -> Registration:
         """Learn from a registration; return it with the errors that it does not show itself."""
-        self._note_light(found)
+        self._forget_depth_alone(found)
         found = self._learned.learn(found, source, target)
         self._preparer.distortion = self._learned.distortion.distortion
         return self._learned.with_systematic_errors(found, source, target, expected)
 
-    def _note_light(self, found: Registration) -> None:
-        """Forget what the dark needed, some time after it."""
-        self._since_dark += found.status.ok
-        if self._since_dark == _FORGOTTEN:
+    def _forget_depth_alone(self, found: Registration) -> None:
+        """Forget what depth alone needed, some time after it."""
+        self._since_depth_alone += found.status.ok
+        if self._since_depth_alone == _FORGOTTEN:
             self._depth_alone.forget()
             self._beside_alike.forget()
 
@@ -269,7 +269,7 @@ class Registrar:
         unobserved = numbers(unobserved, (6, 6), 'the covariance unobserved')
         target = self._alike(target, source)
         with self._times.stage('refinement'):
-            self._since_dark = 0
+            self._since_depth_alone = 0
             others = [replaced(view, prepared=self._beside_alike(view.prepared, source))
                       for view in others]
             return self._depth_alone.register(source, target, expected, unobserved, others)

@@ -112,11 +112,11 @@ def _likelier(found: Registration, other: Refined, share: float) -> Registration
     :param share: probability of the other pose.
     """
     difference = se3.difference(found.T_target_source, other.T_target_source)
-    chosen, doubt = found, share
+    chosen, weight = found, share
     if share > _FAR_LIKELIER:
-        chosen, doubt = _replaced(found, other), 1.0 - share
+        chosen, weight = _replaced(found, other), 1.0 - share
     return dataclasses.replace(
-        chosen, covariance=chosen.covariance + doubt * np.outer(difference, difference),
+        chosen, covariance=chosen.covariance + weight * np.outer(difference, difference),
         reason=f'{chosen.reason}; the scene repeats itself after '
                f'{np.linalg.norm(difference[:3]):.2f} m')
 

@@ -337,7 +337,7 @@ def test_a_rough_pose_that_was_tracked_is_one_in_the_keyframe(moved):
 def test_by_depth_the_motion_and_what_nothing_observes_are_in_the_axes_of_the_reference(moved):
     """The latter since keypoints were seen, without a velocity."""
     shape = moved.keyframe
-    moved.track_shape(moved.last, shape)
+    moved.track_by_depth(moved.last, shape)
     expected, registrar = Expected(), Playing()
     attempts = Attempts(Settings(), registrar, expected)
     by_depth = list(attempts.of(view(0.3, repeat=Repeat.COLOUR), moved,
@@ -358,7 +358,7 @@ def test_by_depth_the_motion_and_what_nothing_observes_are_in_the_axes_of_the_re
 
 def test_by_depth_it_is_told_what_is_known_beside_each_reference(moved):
     shape, asked = moved.keyframe, []
-    moved.track_shape(moved.last, shape)
+    moved.track_by_depth(moved.last, shape)
 
     def views(reference, expected):
         asked.append((reference, expected))

@@ -228,17 +228,17 @@ def test_what_differs_from_the_motion_before_a_loss_is_in_doubt(start, end):
     model, off = expected(), np.array([0.01, -0.02, 0.005, 0.01, 0.02, -0.03])
     steady = model.between(start, end, TWIST).matrix
     seen = seen_as(se3.perturbed(steady, off), unusual=1e-5 * np.eye(6))
-    doubted = model.doubted(seen, start, end, TWIST)
-    for part, before in ((doubted.covariance, seen.covariance), (doubted.unusual, seen.unusual)):
+    widened = model.with_alternative(seen, start, end, TWIST)
+    for part, before in ((widened.covariance, seen.covariance), (widened.unusual, seen.unusual)):
         np.testing.assert_allclose(part - before, np.outer(off, off), rtol=1e-6, atol=1e-12)
-    np.testing.assert_array_equal(doubted.T_target_source, seen.T_target_source)
-    assert model.doubted(seen_as(steady), start, end, TWIST).covariance == pytest.approx(
+    np.testing.assert_array_equal(widened.T_target_source, seen.T_target_source)
+    assert model.with_alternative(seen_as(steady), start, end, TWIST).covariance == pytest.approx(
         seen_as().covariance, abs=1e-12)
 
 
 def test_past_the_hold_time_and_of_what_failed_there_is_no_doubt():
     late, seen = round(SETTINGS.hold_time * NANOSECONDS), seen_as()
-    assert expected().doubted(seen, 0, late, TWIST) is not seen
-    assert expected().doubted(seen, 0, late + 1, TWIST) is seen
+    assert expected().with_alternative(seen, 0, late, TWIST) is not seen
+    assert expected().with_alternative(seen, 0, late + 1, TWIST) is seen
     lost = failed(Status.TOO_FEW_MATCHES, '')
-    assert expected().doubted(lost, 0, STEP, TWIST) is lost
+    assert expected().with_alternative(lost, 0, STEP, TWIST) is lost

@@ -342,13 +342,13 @@ def by_depth(parts):
     """Let a frame by depth alone be registered to the last one, which is the shape from then."""
     def advance(references, last, attempt):
         if attempt.registration.is_by_depth:
-            references.track_shape(last, attempt.reference)
+            references.track_by_depth(last, attempt.reference)
         else:
             references.track(last, references.keyframe)
     parts.answers['KeyframeChoice', 'advance'] = advance
 
 
-@pytest.mark.parametrize('to, is_to_shape', [('shape', True), ('keyframe', False),
+@pytest.mark.parametrize('to, is_to_shape', [('depth_reference', True), ('keyframe', False),
                                              ('last', False)])
 def test_in_the_dark_an_increment_is_that_between_frames_of_one_shape(
         parts, by_depth, tracked, attempt_to, to, is_to_shape):
@@ -383,7 +383,7 @@ def test_the_next_frame_is_expected_by_the_last_increment(parts, tracked, attemp
 def test_in_the_dark_the_velocity_is_what_depth_observes_since_keypoints_did(
         parts, by_depth, tracked, attempt_to):
     one, update = tracked(attempt_to(), attempt_to('last', evidence=DARK),
-                          attempt_to('shape', evidence=DARK))
+                          attempt_to('depth_reference', evidence=DARK))
     increment, unconfirmed = parts.asked('MotionModel', 'observed_twist')[-1]
     assert_same(increment.pose, update.increment.pose)
     assert unconfirmed == pytest.approx(0.2)

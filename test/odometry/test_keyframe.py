@@ -95,8 +95,9 @@ def test_biases_and_errors_of_stamps_are_not_less_with_another_keyframe(part):
 
 def served(policy, overlaps):
     """Return whether depth images serve on, by pairs of their stamp and a frame's overlap."""
-    return [policy.keeps_shape(shape, dataclasses.replace(registration(0, 0.01), overlap=overlap))
-            for shape, overlap in overlaps]
+    return [policy.keeps_depth_reference(
+        stamp, dataclasses.replace(registration(0, 0.01), overlap=overlap))
+            for stamp, overlap in overlaps]
 
 
 @pytest.mark.parametrize(('overlaps', 'expected'), [

@@ -57,7 +57,7 @@ class Policy:
         self.asked.append((prepared, registration))
         return self.keeps(prepared, registration, count)
 
-    def keeps_shape(self, shape, seen):
+    def keeps_depth_reference(self, shape, seen):
         self.asked.append((shape, seen))
         return self._keeps
 
@@ -71,7 +71,7 @@ def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', loss=No
     references.loss = loss
     last = Reference(View(2, **changes), pose_at(2), pose_at(8))
     choice = KeyframeChoice(Settings(), SimpleNamespace(
-        brought=lambda target, source: replace(target, as_seen_by=source.stamp),
+        with_distortion_of=lambda target, source: replace(target, as_seen_by=source.stamp),
         with_own_keypoints=lambda prepared: policy.detected.append(prepared) or replace(
             prepared, keypoints='own', is_tracked=False)))
     choice._policy = policy
@@ -131,7 +131,7 @@ def test_by_depth_the_keyframe_of_keypoints_stays(keeps):
     references, first, last, policy = advance(keeps, is_by_depth=True)
     assert references.keyframe.stamp == first.stamp
     assert references.last.stamp == last.stamp
-    assert references.shape.stamp == (first.stamp if keeps else last.stamp)
+    assert references.depth_reference.stamp == (first.stamp if keeps else last.stamp)
     assert policy.counts == [] and policy.begun == 0
 
 
@@ -178,9 +178,10 @@ def test_the_last_frame_by_depth_is_exact_in_itself_if_it_is_the_next_shape(keep
     references, first, last, policy = advance(keeps, is_by_depth=True)
     assert policy.asked == [(first.stamp, 'by images')]
     if keeps:
-        assert references.last is last and references.shape is references.keyframe
+        assert references.last is last and references.depth_reference is references.keyframe
     else:
-        assert is_at(references.shape, last) and references.last is references.shape
+        assert is_at(references.depth_reference, last)
+        assert references.last is references.depth_reference
 
 
 @pytest.mark.parametrize('reference, is_kept', [('keyframe', True), ('previous', False)])
@@ -192,7 +193,7 @@ def test_the_policy_is_that_of_the_settings(reference, is_kept):
     first, last = Reference(View(0), exact), Reference(view, exact)
     references = References(first)
     choice = KeyframeChoice(with_values(Settings(), {'odometry.reference': reference}),
-                            SimpleNamespace(brought=lambda target, source: target))
+                            SimpleNamespace(with_distortion_of=lambda target, source: target))
     choice.advance(references, last, SimpleNamespace(
         reference=first, registration=SimpleNamespace(
             is_by_depth=False, support=3, image_pose=exact, unbiased_pose=exact)))

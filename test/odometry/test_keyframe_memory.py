@@ -66,7 +66,7 @@ class NoisyRegistrar:
         self._true_poses, self._rng = true_poses, rng
         self.count = 0
 
-    def brought(self, target, source):
+    def with_distortion_of(self, target, source):
         return target
 
     def measure(self, source, target):
@@ -379,7 +379,7 @@ class Bringing:
     def __init__(self):
         self.brought_to = {}
 
-    def brought(self, target, source):
+    def with_distortion_of(self, target, source):
         if target.distortion == source.distortion:
             return target
         self.brought_to[target.stamp] = source.stamp

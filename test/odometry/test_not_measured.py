@@ -393,7 +393,7 @@ def test_a_lost_frame_is_found_by_aick(parts, long_tracked, attempt_to):
 
 def test_after_the_dark_aick_finds_the_keyframe(parts, long_tracked, attempt_to):
     references = long_tracked.odometry._references
-    references.track_shape(references.last, references.last)
+    references.track_by_depth(references.last, references.last)
     assert long_tracked.take(0.2).status is Status.OK
     assert tracking(parts) == []
     assert long_tracked.take(0.3).status is Status.OK  # the shape is gone

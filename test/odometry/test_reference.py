@@ -284,13 +284,13 @@ def test_what_stays_blurred_is_how_the_camera_sees():
 
 def test_by_depth_alone_the_keyframe_stays_and_the_shape_is_tried_before_the_last_frame():
     references = tracked([0.0, 0.1], keyframe=0.0)
-    assert [one.stamp for one in references.shapes()] == [references.last.stamp]
+    assert [one.stamp for one in references.depth_references()] == [references.last.stamp]
     shape, dark = references.last, reference(0.2)
-    references.track_shape(dark, shape)
-    assert list(references.shapes()) == [shape, dark]
+    references.track_by_depth(dark, shape)
+    assert list(references.depth_references()) == [shape, dark]
     assert references.keyframe.stamp == 0
     references.track(dark, references.keyframe)
-    assert list(references.shapes()) == [dark]
+    assert list(references.depth_references()) == [dark]
 
 
 def test_what_was_lost_before_a_frame_by_depth_is_forgotten():
@@ -299,7 +299,7 @@ def test_what_was_lost_before_a_frame_by_depth_is_forgotten():
     for i in range(2):
         references.lose(reference(2.0 + i / 10))
     assert seconds(references) != before
-    references.track_shape(references.last, references.last)
+    references.track_by_depth(references.last, references.last)
     assert seconds(references) == before
 
 
@@ -307,14 +307,14 @@ def test_any_frame_that_keypoints_find_ends_the_dark():
     references = tracked([0.0, 0.1, 0.2], keyframe=0.1)
     found = [references.keyframe, references.last, references.sharp]
     assert not any(map(references.is_return_to, found))
-    references.track_shape(references.last, references.last)
+    references.track_by_depth(references.last, references.last)
     assert all(map(references.is_return_to, found))
 
 
 def test_the_last_frame_that_is_the_shape_is_tried_once():
     references = tracked([0.0, 0.1], keyframe=0.0)
-    references.track_shape(references.last, references.last)
-    assert list(references.shapes()) == [references.last]
+    references.track_by_depth(references.last, references.last)
+    assert list(references.depth_references()) == [references.last]
 
 
 HOLDING = dataclasses.replace(OdometrySettings(), hold_time=0.3)

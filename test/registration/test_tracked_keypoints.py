@@ -134,7 +134,7 @@ class Back:
             tracked=dataclasses.replace(refined.tracked, keypoints=rows))
         self.given, self.believed = [], []
 
-    def believe(self, *of):
+    def remember_objects(self, *of):
         self.believed.append(of)
 
     def refine_back(self, *given):

@@ -58,7 +58,7 @@ class Steps:
         parts.answers.update({
             ('Refinement', 'refine'): lambda *_: self.refined.pop(0),
             ('Refinement', 'refine_near'): lambda *_: self.refined.pop(0),
-            ('Refinement', 'believe'): None, ('ApparentAcceleration', 'note'): None,
+            ('Refinement', 'remember_objects'): None, ('ApparentAcceleration', 'note'): None,
             ('RepeatingSceneCheck', 'check'): lambda found, *_: found,
             ('DynamicObjectCheck', 'check'): lambda found, *_: found,
             ('Aick', 'register'): SLOW_FAILURE,
@@ -112,7 +112,7 @@ def test_what_aick_finds_is_refined_and_then_checked(steps, parts):
     assert parts.order() == [
         ('fast', 'align'), ('Refinement', 'refine'), ('RepeatingSceneCheck', 'check'),
         ('DynamicObjectCheck', 'check'), ('ApparentAcceleration', 'note'),
-        ('Refinement', 'believe')]
+        ('Refinement', 'remember_objects')]
     assert parts.asked('fast', 'align') == [(steps.source.keypoints, steps.target.keypoints)]
     (source, target, pose, predicted), = parts.asked('Refinement', 'refine')
     assert source is steps.source and target is steps.target
@@ -132,7 +132,7 @@ def test_the_refinement_begins_at_a_pose_tracked_that_aick_confirms(steps, parts
     assert parts.order() == [
         ('fast', 'align'), ('Refinement', 'refine_near'), ('RepeatingSceneCheck', 'check'),
         ('DynamicObjectCheck', 'check'), ('ApparentAcceleration', 'note'),
-        ('Refinement', 'believe')]
+        ('Refinement', 'remember_objects')]
     (source, target, pose, predicted), = parts.asked('Refinement', 'refine_near')
     assert source is steps.source and target is steps.target and pose is tracked
     assert_predicted(predicted, steps)
@@ -216,7 +216,7 @@ def test_what_is_noted_is_the_pose_after_all_checks(steps, parts):
     assert steps.register() is of_the_scene
     (_, noted, expected), = parts.asked('ApparentAcceleration', 'note')
     assert noted is of_the_scene and expected is EXPECTED
-    assert parts.asked('Refinement', 'believe') == [(steps.source, steps.target, 'a fit')]
+    assert parts.asked('Refinement', 'remember_objects') == [(steps.source, steps.target, 'a fit')]
 
 
 def test_what_the_check_for_objects_finds_is_returned(steps, parts):

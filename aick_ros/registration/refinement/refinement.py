@@ -124,7 +124,8 @@ class Refinement:
         return self._solve(source, target, tracks, T_target_source, None,
                            least_share=_SMALL_SHARE)
 
-    def believe(self, source: PreparedFrame, target: PreparedFrame, fit: Fit | None) -> None:
+    def remember_objects(self, source: PreparedFrame, target: PreparedFrame,
+                         fit: Fit | None) -> None:
         """Remember what moves by itself, by the fit of a registration that is accepted."""
         if fit is not None:
             self._known_objects.note(source.stamp, target.stamp, fit.objects)
