@@ -242,7 +242,7 @@ class KeyframeMemory:
             key = self._copies.copy_among(set(droppable) - self._no_copies, self._graph,
                                           self._settings.odometry)
             if key is None:
-                self._no_copies.update(  # nothing newer stands for them
+                self._no_copies.update(  # they are the only ones of their views
                     key for key in droppable if not self._copies.is_outdated(key))
                 if len(self._frames) <= self._capacity:
                     return

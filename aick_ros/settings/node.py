@@ -24,7 +24,8 @@ class NodeSettings(Checked):
         'TF.')
     initial_pose: tuple[float, ...] = parameter(
         (), 'Initial pose of frame_id in odom_frame_id: x y z [m] roll pitch yaw [rad]; empty: '
-        'the pose in guess_frame_id, or the origin.')
+        'the pose in guess_frame_id, or the origin. With an accelerometer roll and pitch are '
+        'those of gravity.')
     guess_frame_id: str = parameter(
         '', 'Odometry frame of another source, for example wheel odometry, whose transform to '
         'frame_id is the initial pose, measures the motion with the noise of odometry.guess_slip, '

@@ -15,9 +15,9 @@ from aick_ros.odometry.inertial.rotation_integral import Turn
 _FLOOR = np.radians(0.15)
 """Error of a rotation of the camera that its covariance may miss [rad], chosen."""
 
-_MEMORY = 8.0  # frames; chosen: a share that has settled after a quarter of a second
-_FIRST = 8  # rotations that have to agree before any is used; chosen: a quarter of a second
-_RETRIED = 30  # rotations; chosen: one second, after which what was learned may be what is wrong
+_MEMORY = 8.0  # frames; chosen: the share has settled after a quarter of a second at 30 Hz
+_FIRST = 8  # rotations that have to agree before any is used; chosen likewise
+_RETRIED = 30  # rotations; chosen: after so many what was learned may be what is wrong
 _WRONG, _RIGHT = 0.5, 0.1  # chosen: shares of them from which on it is used no more, or again
 
 

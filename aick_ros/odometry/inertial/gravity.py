@@ -31,13 +31,13 @@ Chosen on rendered rooms: a hand's acceleration tilts the start by a third less 
 _LONGEST_STEP = 0.2  # s; chosen: a camera turns evenly meanwhile
 _HAND = 0.5  # m/s^2; chosen: acceleration of a camera that is held
 _PLAUSIBLE = 0.5, 1.5  # chosen: force of a camera at the start, by gravity
-_MEMORY = 30.0  # frames; chosen: a second
+_MEMORY = 30.0  # frames; chosen: a second at 30 Hz
 _WRONG, _RIGHT = 0.2, 0.05
 """Shares of them that disagree from which on it is used no more, or again.
 
 Chosen: turned by 30 deg a third disagrees, and on two excerpts of real recordings 0.04."""
 
-_RETRIED = 90  # frames; chosen: three seconds, in which a filter that is right settles
+_RETRIED = 90  # frames; chosen: a filter that is right settles meanwhile
 
 
 class Gravity:
