@@ -19,7 +19,6 @@ def of_reading(reading: Reading, is_untracked: bool = False) -> int:
     """
     code = of_damage(reading.damage)
     if reading.ended == INTERRUPTED:
-        say('interrupted; the output is complete up to this point')
         return exit_codes.INTERRUPTED_BY_USER
     if reading.ended != COMPLETE:
         say(reading.ended)

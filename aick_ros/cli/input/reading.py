@@ -11,6 +11,7 @@ from contextlib import closing
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.input.read_ahead import read_ahead
+from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
@@ -26,7 +27,7 @@ class Reading:
 
     After reading, ``ended`` has the reason of the end: COMPLETE, INTERRUPTED, or the message of an
     error after the first frame. An error before the first frame is raised. Inside a ``with`` block
-    the first Ctrl-C ends the reading; elsewhere it ends the program.
+    the first Ctrl-C ends the reading, which is said at once; elsewhere it ends the program.
 
     :param limit: maximum number of frames; None: all.
     :param damage: log of unusable images, for several sources with one log.
@@ -83,6 +84,8 @@ class Reading:
                         return
                     if self._interruption.requested:
                         self.ended = INTERRUPTED
+                        say('interrupted: the output is completed up to this point, Ctrl-C again '
+                            'ends at once')
                         return
             except InputError as error:
                 if not count:

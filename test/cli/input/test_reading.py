@@ -57,7 +57,7 @@ def test_reads_no_more_than_the_limit(recording, stamps, limit):
     assert reading.ended == COMPLETE
 
 
-def test_ends_where_the_user_wants_to(recording, stamps):
+def test_ends_where_the_user_wants_to(recording, stamps, capfd):
     seen = []
     before = signal.getsignal(signal.SIGINT)
     with Reading(recording, None) as reading:
@@ -67,6 +67,8 @@ def test_ends_where_the_user_wants_to(recording, stamps):
                 signal.raise_signal(signal.SIGINT)
     assert seen == stamps[:3]
     assert reading.ended == INTERRUPTED
+    assert capfd.readouterr().err == ('aick: interrupted: the output is completed up to this '
+                                      'point, Ctrl-C again ends at once\n')
     assert signal.getsignal(signal.SIGINT) is before
 
 
