@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is compiled (``src/kernels``): loops over pixels, keypoints and cells; small algebra."""
+"""Compiled functions (``src/kernels``): loops over pixels, keypoints and cells; small algebra."""
 
 from aick_ros.errors import InputError
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is known of the motion between two frames before their images are compared."""
+"""Motion between two frames as it is expected before their images are compared."""
 
 from __future__ import annotations
 

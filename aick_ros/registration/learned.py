@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What registrations teach of a camera, whatever the settings."""
+"""Properties of a camera that registrations measure, whatever the settings."""
 
 from __future__ import annotations
 

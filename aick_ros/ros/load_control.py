@@ -29,7 +29,7 @@ class LoadControl:
 
     @property
     def dropped(self) -> str:
-        """What is not computed, in words."""
+        """Work that is not done, in words."""
         return self._shedding.step.value
 
     @property

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is missing, late or dropped: in the log, and on /diagnostics."""
+"""Missing, late and dropped input: in the log, and on /diagnostics."""
 
 from __future__ import annotations
 

@@ -132,7 +132,7 @@ class RobotOdometry:
 
     @property
     def findings(self) -> dict[str, str]:
-        """What is known of camera and IMU in words, by key."""
+        """State of camera and IMU in words, by key."""
         return {'misalignment of the camera': self._camera_report.misalignment,
                 'distortion of depth images': self._camera_report.distortion,
                 'gyroscope': self._camera.gyroscope.description,

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a fleet shows at its end: mean scores of each variant, and what went wrong."""
+"""Summary of a fleet: mean scores of each variant, failures, runs without a tracked frame."""
 
 from __future__ import annotations
 

@@ -47,5 +47,5 @@ def robustness(width: float, median: float) -> np.ndarray:
 
 
 def truncation(width: float) -> np.ndarray:
-    """Return what tells the tracks of another motion, as the kernels take it, 2."""
+    """Return the limits that separate tracks of another motion, as the kernels take them, 2."""
     return np.array([_OTHER_MOTION * width, _SMALLEST_SCALE ** 2])
