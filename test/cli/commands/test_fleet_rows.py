@@ -11,6 +11,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 from aick_ros.cli.commands import fleet as module
+from aick_ros.cli.fleet import summary
 from aick_ros.cli.fleet.job import Finished
 from aick_ros.errors import InputError
 from aick_ros.evaluation.engine.cluster import Cluster
@@ -105,7 +106,7 @@ def test_five_failures_are_listed_and_all_are_counted(fleet, tmp_path):
 def test_the_table_has_means_over_what_is_known(fleet, monkeypatch):
     figures = {'a.bag': {RPE: 0.01, ATE: 0.5, TRACKED: 1.0}, 'b.bag': {RPE: 0.02, TRACKED: 0.9}}
     shown = []
-    monkeypatch.setattr(module, 'table', lambda title, rows, columns, on_stderr: shown.append(
+    monkeypatch.setattr(summary, 'table', lambda title, rows, columns, on_stderr: shown.append(
         (title, [dict(zip(columns, row, strict=True)) for row in rows], on_stderr)))
 
     def ends(job):

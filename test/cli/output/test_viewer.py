@@ -95,7 +95,7 @@ def test_a_full_disk_is_looked_at_before_the_draft_is_removed(monkeypatch, tmp_p
     """Removed, it would leave space enough."""
     monkeypatch.setattr(viewer_module.shutil, 'disk_usage', lambda path: SimpleNamespace(
         free=0 if [file for file in tmp_path.iterdir() if file.stat().st_size] else 10 ** 9))
-    with pytest.raises(InputError, match='x.rrd: the disk is full$'):
+    with pytest.raises(InputError, match='x.rrd: the disk is full; make room there$'):
         with viewer('x', tmp_path / 'x.rrd', web=False) as stream:
             stream.log('number', rerun.Scalars(1.0))
             stream.flush()
