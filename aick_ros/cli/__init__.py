@@ -19,6 +19,7 @@ from aick_ros.borders.open_files import check_open_files
 from aick_ros.borders.streams import open_streams, say
 from aick_ros.borders.threads import one_thread_per_call
 from aick_ros.borders.variables import remove_unusable
+from aick_ros.cli.exit_codes import INTERRUPTED_BY_USER, UNUSABLE_INPUT
 from aick_ros.cli.input.interruption import endings, endings_interrupt
 from aick_ros.cli.packages import missing_package
 from aick_ros.errors import InputError
@@ -31,7 +32,7 @@ _OPEN_FILES = 16  # chosen: with 12 all is read and written
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """
-    Run the command and exit: 0 done, 1 a defect of aick, 2 unusable input, 130 interrupted.
+    Run the command and exit with a code of :mod:`aick_ros.cli.exit_codes`.
 
     :param arguments: without the name of the program; None: those of the process.
     """
@@ -51,18 +52,18 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         if not sentence:
             raise
         say('aick', sentence)
-        sys.exit(2)
+        sys.exit(UNUSABLE_INPUT)
     except (ImportError, MemoryError) as error:
         if not no_memory.is_of_memory(error):
             raise
         say('aick', no_memory.SENTENCE)
-        sys.exit(2)
+        sys.exit(UNUSABLE_INPUT)
     except InputError as error:
         say('aick', str(error))
-        sys.exit(2)
+        sys.exit(UNUSABLE_INPUT)
     except KeyboardInterrupt:
         say('aick', 'interrupted')
-        sys.exit(130)
+        sys.exit(INTERRUPTED_BY_USER)
     sys.exit(code)
 
 

@@ -9,6 +9,7 @@ from rclpy.node import Node
 
 from aick_ros.ros.health.diagnostics import Diagnostics
 from aick_ros.ros.health.expectations import Expectations
+from aick_ros.ros.health.sentences import joined
 from aick_ros.ros.image_stream import ImageStream
 from aick_ros.ros.input.assembler import Arrival
 from aick_ros.ros.input.transforms import Transforms
@@ -38,7 +39,7 @@ class Report:
         :param dropped: number of frames dropped for newer ones.
         :param paused: whether frames are skipped by request.
         """
-        complaint = _joined(
+        complaint = joined(
             images.complaint(), self._expectations.complaint(), self._odometry.complaint)
         self._expectations.report_differences()
         if complaint:
@@ -47,7 +48,7 @@ class Report:
             self._diagnostics.count_up_to(count, total)
         late = self._transforms.complaint
         self._diagnostics.dropped(dropped, while_waiting=bool(late))
-        concern = _joined(late, self._odometry.concern)
+        concern = joined(late, self._odometry.concern)
         if concern:  # from a line of its own, for which the log counts the seconds
             self._logger.warning(concern, throttle_duration_sec=_THROTTLE)
         self._diagnostics.publish(
@@ -56,9 +57,4 @@ class Report:
              'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}',
              **self._odometry.findings,
              'dropped to shed load': self._load.dropped},
-            _joined(concern, self._load.sentence))
-
-
-def _joined(*sentences: str) -> str:
-    """Return those sentences that say something as one."""
-    return '; '.join(filter(None, sentences))
+            joined(concern, self._load.sentence))

@@ -17,6 +17,7 @@ from aick_ros.odometry import Odometry, OdometryUpdate
 from aick_ros.odometry.base_odometry import BaseOdometry, BaseUpdate
 from aick_ros.registration.preparation import Preparation
 from aick_ros.ros.health.camera_report import CameraReport
+from aick_ros.ros.health.sentences import joined
 from aick_ros.ros.input.extrinsics import Extrinsics
 from aick_ros.ros.input.guess import Guess, StartByGuess
 from aick_ros.ros.input.imu import ImuInput
@@ -121,9 +122,8 @@ class RobotOdometry:
     @property
     def complaint(self) -> str:
         """Why the IMU is not used, '' where it is, or there is none."""
-        return '; '.join(filter(None, (
-            self._imu.complaint, self._camera.gyroscope.complaint,
-            self._camera.gravity.complaint)))
+        return joined(self._imu.complaint, self._camera.gyroscope.complaint,
+                      self._camera.gravity.complaint)
 
     @property
     def concern(self) -> str:

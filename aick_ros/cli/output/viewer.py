@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _WEB_PORT, _DATA_PORT = 9090, 9876  # by definition: the defaults of Rerun
 _LOOPBACK = '127.0.0.1'
+_FULL = 'the disk is full; make room there'
 _LEAST_SPACE = 10 ** 6  # bytes; chosen: Rerun hangs where the disk ends within its first ones
 
 
@@ -63,7 +64,7 @@ def _check_file(save: Path) -> None:
         raise InputError(f'cannot write {save}: its name is not UTF-8, choose another one'
                          ) from None
     if _is_full(save):
-        raise InputError(f'cannot write {save}: the disk is full; make room there')
+        raise InputError(f'cannot write {save}: {_FULL}')
 
 
 def _is_full(save: Path) -> bool:
@@ -82,8 +83,7 @@ def _errors_of(save: Path | None) -> Iterator[None]:
             raise
         what = 'the viewer ended' if save is None else f'cannot write {save}'
         is_full = save is not None and _is_full(save)
-        why = 'the disk is full; make room there' if is_full else error
-        raise InputError(f'{what}: {why}') from None
+        raise InputError(f'{what}: {_FULL if is_full else error}') from None
 
 
 def _serve(stream: RecordingStream) -> None:

@@ -13,6 +13,7 @@ from aick_ros.registration.refinement.refined import CONTRADICTION
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.frame_statistics import WINDOW, Snapshot
+from aick_ros.ros.health.sentences import joined
 
 _LOST_TOO_LONG = 2.0  # seconds; chosen
 _SILENT_TOO_LONG = 5.0  # seconds; chosen, as long as the watchdog waits for a topic
@@ -63,20 +64,16 @@ def judge(frames: Snapshot, complaint: str, paused: bool,
     status = f'{frames.status.value}: {frames.reason}'
     if frames.silent_for > _SILENT_TOO_LONG and _unanswered(frames):
         silence = f'no odometry for {frames.silent_for:.0f} s: {status}'
-        return Level.ERROR, _joined(silence, concern)
+        return Level.ERROR, joined(silence, concern)
     if frames.lost_for:
-        sentence = _joined(status, _remedy(frames), concern)
+        sentence = joined(status, _remedy(frames), concern)
         if frames.lost_for > _LOST_TOO_LONG:
             return Level.ERROR, f'lost for {frames.lost_for:.0f} s: {sentence}'
         return Level.WARN, sentence
-    concerns = _joined(*_concerns(frames), concern)
+    concerns = joined(*_concerns(frames), concern)
     if concerns:
         return Level.WARN, concerns
     return (Level.WARN, status) if frames.status.is_lost else (Level.OK, frames.status.value)
-
-
-def _joined(*sentences: str) -> str:
-    return '; '.join(filter(None, sentences))
 
 
 def _remedy(frames: Snapshot) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 
 from aick_ros.borders.names import quoted
 from aick_ros.ros.health.frame_statistics import WINDOW
+from aick_ros.ros.health.sentences import joined
 
 _LONG = 0.05  # seconds; chosen: a frame at 20 Hz, as most odometries publish
 _TOLERATED = 0.05  # share of the waits that may be long; chosen
@@ -56,7 +57,7 @@ class Lateness:
         while self._waits and self._waits[0].at < now - WINDOW:
             self._waits.popleft()
         frames = sorted({(wait.target, wait.source) for wait in self._waits})
-        return '; '.join(filter(None, (self._complaint_about(*names) for names in frames)))
+        return joined(*(self._complaint_about(*names) for names in frames))
 
     def _complaint_about(self, target: str, source: str) -> str:
         seconds = np.array([wait.seconds for wait in self._waits
