@@ -18,10 +18,13 @@ from aick_ros import kernels
 from aick_ros.errors import InputError
 from aick_ros.features import orb_pattern
 from aick_ros.features.detector import Choice, Features, every_keypoint
+from aick_ros.features.image_noise import noise_of
 from aick_ros.features.mirrored_border import with_border
 from aick_ros.settings import FeatureSettings
 
 _RANKED = 2  # by definition of OpenCV: corners per keypoint that are ranked by their response
+_FEW = 0.5  # chosen: share of the keypoints wanted below which weaker ones are found
+_CERTAIN = 3.0  # chosen: standard deviations of the image noise that a corner exceeds
 _BEYOND_PATCH = 8  # by definition of the kernels: pixels that they read beyond a patch
 
 
@@ -58,7 +61,7 @@ class OrbDetector:
                 f'an image of {grey.shape[1]} x {grey.shape[0]} pixels is too small for the '
                 'pyramid: lower features.orb.levels or features.orb.scale_factor')
         levels = self._pyramid(grey)
-        corners = [self._corners(level, image) for level, image in enumerate(levels)]
+        corners = self._corners_of(levels, grey)
         octaves = np.repeat(np.arange(len(levels)), [len(found) for found in corners])
         places, responses = np.split(np.concatenate(corners), [2], axis=1)
         scales = self._scales[octaves]
@@ -77,11 +80,22 @@ class OrbDetector:
             levels.append(level)
         return [with_border(level, self._border) for level in levels]
 
-    def _corners(self, level: int, image: np.ndarray) -> np.ndarray:
+    def _corners_of(self, levels: list[np.ndarray], grey: np.ndarray) -> list[np.ndarray]:
+        """Return the best corners of each level; weaker ones too, where there are few."""
+        threshold = self._orb.fast_threshold
+        corners = [self._corners(level, image, threshold) for level, image in enumerate(levels)]
+        if sum(map(len, corners)) >= _FEW * self._orb.nfeatures:
+            return corners
+        lower = max(self._orb.min_fast_threshold, math.ceil(_CERTAIN * noise_of(grey)))
+        if lower >= threshold:
+            return corners
+        return [self._corners(level, image, lower) for level, image in enumerate(levels)]
+
+    def _corners(self, level: int, image: np.ndarray, threshold: int) -> np.ndarray:
         """Return the best corners of one level, Kx3 float32 (x, y, response) in its pixels."""
         wanted = self._counts[level]
         found = np.frombuffer(kernels.corners(
-            image, self._border, self._orb.fast_threshold, self._orb.edge_threshold,
+            image, self._border, threshold, self._orb.edge_threshold,
             _RANKED * wanted), np.float32).reshape(-1, 3)
         if not wanted or len(found) <= wanted:
             return found[:wanted]

@@ -4,6 +4,7 @@
 """ORB with other settings than the defaults: what each of them says is what is found."""
 
 import dataclasses
+import math
 import pickle
 
 import cv2
@@ -12,6 +13,7 @@ import pytest
 
 from aick_ros import kernels
 from aick_ros.errors import InputError
+from aick_ros.features.image_noise import noise_of
 from aick_ros.features.orb import OrbDetector
 from aick_ros.settings import FeatureSettings, OrbSettings
 
@@ -28,8 +30,10 @@ def grey():
     return image
 
 
-def detect(grey, **settings):
-    return OrbDetector(FeatureSettings(orb=OrbSettings(**settings))).detect(grey)
+def detect(grey, min_fast_threshold=255, **settings):
+    """Return the keypoints of one threshold; of weaker corners too, where that is lower."""
+    return OrbDetector(FeatureSettings(orb=OrbSettings(
+        min_fast_threshold=min_fast_threshold, **settings))).detect(grey)
 
 
 def opencv(grey, orb):
@@ -190,6 +194,35 @@ def test_a_corner_without_contrast_is_none():
     step[40:60, 40:60] = 125
     assert len(detect(step, fast_threshold=24).pixels) > 0
     assert len(detect(step, fast_threshold=26).pixels) == 0
+
+
+@pytest.mark.parametrize('sigma', [2.0, 5.0])
+def test_a_dim_image_has_weaker_corners_above_its_noise(grey, sigma):
+    """At a tenth of the light: at least at 5 grey levels, and at three times the noise."""
+    rng = np.random.default_rng(3)
+    noise = rng.normal(0.0, sigma, grey.shape)
+    dim = np.clip(40.0 + 0.15 * grey + noise, 0, 255).astype(np.uint8)
+    threshold = max(5, math.ceil(3 * noise_of(dim)))
+    assert 3 * noise_of(dim) == pytest.approx(3 * sigma, rel=0.15)
+    found = detect(dim, min_fast_threshold=5)
+    assert len(found.pixels) > 5 * len(detect(dim).pixels)
+    assert sorted_rows(found) == sorted_rows(detect(dim, fast_threshold=threshold))
+    assert sorted_rows(detect(dim, min_fast_threshold=20)) == sorted_rows(detect(dim))
+
+
+def test_an_image_with_enough_corners_has_no_weaker_ones(grey):
+    few = {'nfeatures': 100}
+    assert sorted_rows(detect(grey, min_fast_threshold=1, **few)) == sorted_rows(
+        detect(grey, **few))
+
+
+@pytest.mark.parametrize('sigma', [1.0, 4.0, 15.0])
+def test_noise_of_an_image_is_told_from_shading_and_edges(sigma):
+    rows, columns = np.mgrid[:240, :320]
+    image = 60.0 + 0.3 * rows + 0.2 * columns + 40.0 * (rows // 60 % 2)
+    noisy = image + np.random.default_rng(4).normal(0.0, sigma, image.shape)
+    assert noise_of(np.rint(noisy).astype(np.uint8)) == pytest.approx(sigma, rel=0.15)
+    assert noise_of(np.zeros((2, 2), np.uint8)) == 0.0
 
 
 def test_the_patch_is_what_is_described(grey):
