@@ -57,9 +57,10 @@ class KeyframeChoice:
         if reference is not references.keyframe:
             self._policy.begin()
         if _is_kept(prepared, attempt, self._policy.advance):
-            references.track(last, Reference(
-                self._registrar.with_distortion_of(reference.prepared, prepared), reference.pose,
-                loss=reference.loss))
+            kept = self._registrar.with_distortion_of(reference.prepared, prepared)
+            if kept.twist is None and prepared.twist is not None:  # as that of a first frame
+                kept = kept.moving(prepared.twist)
+            references.track(last, Reference(kept, reference.pose, loss=reference.loss))
         else:
             if prepared.is_tracked:
                 prepared = self._registrar.with_own_keypoints(prepared)

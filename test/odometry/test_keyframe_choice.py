@@ -27,12 +27,16 @@ class View:
     is_tracked: bool = False
     is_bare: bool = False
     as_seen_by: int | None = None
+    twist: str | None = 'its own'
 
     def is_blurred_beside(self, other):
         return self.sharpness < other.sharpness
 
     def bare(self):
         return replace(self, is_bare=True)
+
+    def moving(self, twist):
+        return replace(self, twist=twist)
 
 
 def pose_at(number):
@@ -97,6 +101,19 @@ def test_the_frame_that_serves_on_is_as_the_last_one_saw_it(to_keyframe):
     references, _, last, _ = advance(True, to_keyframe=to_keyframe)
     assert references.keyframe.prepared.as_seen_by == last.stamp
     assert references.sharp is references.keyframe
+
+
+@pytest.mark.parametrize('known, expected', [(None, 'of the next'), ('its own', 'its own')])
+def test_a_first_keyframe_has_the_velocity_of_the_frame_after_it(known, expected):
+    first = Reference(View(0, twist=known), pose_at(0))
+    references = References(first)
+    choice = KeyframeChoice(Settings(), SimpleNamespace(
+        with_distortion_of=lambda target, source: target))
+    choice._policy = Policy(True)
+    last = Reference(View(1, twist='of the next'), pose_at(1), pose_at(8))
+    choice.advance(references, last, SimpleNamespace(
+        reference=references.keyframe, registration=SimpleNamespace(is_by_depth=False)))
+    assert references.keyframe.prepared.twist == expected
 
 
 @pytest.mark.parametrize('keeps, changes, replaces', [
