@@ -21,6 +21,7 @@ from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.velocity import Velocity
 from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.expected_pose import ExpectedPose
+from aick_ros.registration.refinement.problem import depth_rate
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.status import Status
@@ -85,8 +86,9 @@ class Attempts:
                     doubtful.append(attempt)
                 else:
                     yield attempt
-        if motion is not None:
-            yield from self._by_depth(prepared, references, motion, velocity.confirmed, views)
+        if motion is not None or self._motion_model.holds(
+                seconds(references.last.stamp, prepared.stamp)):
+            yield from self._by_depth(prepared, references, velocity, views)
         yield from doubtful
 
     def by_tracking(self, prepared: PreparedFrame, references: References,
@@ -134,17 +136,24 @@ class Attempts:
                 tracked if reference is references.keyframe else None))
             yield attempt if expected is not None else self._recognised(attempt, prepared)
 
-    def _by_depth(self, prepared: PreparedFrame, references: References,
-                  motion: PoseWithCovariance, confirmed: int,
+    def _by_depth(self, prepared: PreparedFrame, references: References, velocity: Velocity,
                   views: KnownViews) -> Iterator[Attempt]:
-        blind = PoseWithCovariance(
-            motion.matrix, self._expected.between(confirmed, prepared.stamp, None).covariance)
+        last = references.last
+        motion = self._expected.between(last.stamp, prepared.stamp, velocity.twist)
+        blind = PoseWithCovariance(motion.matrix, self._expected.between(
+            velocity.confirmed, prepared.stamp,
+            np.zeros(6) if velocity.is_confirmed else None).covariance)
         for reference in references.depth_references():
-            T_reference_last = _from(reference, references.last)
+            T_reference_last = _from(reference, last)
             expected = T_reference_last @ motion
-            yield self._checked(prepared, reference, self._registrar.register_depth(
-                prepared, reference.prepared, expected, (T_reference_last @ blind).covariance,
-                views(reference, expected.matrix)))
+            beside = (reference.prepared, expected, (T_reference_last @ blind).covariance,
+                      views(reference, expected.matrix))
+            found = self._registrar.register_depth(prepared, *beside)
+            if velocity.twist is None and found.status.ok:
+                # once more, as the camera has moved between the times of colour and of depth
+                found = self._registrar.register_depth(
+                    prepared.moving(_twist_by_depth(prepared, reference, found)), *beside)
+            yield self._checked(prepared, reference, found)
 
     def _checked(self, prepared: PreparedFrame, reference: Reference,
                  seen: Registration) -> Attempt:
@@ -191,6 +200,15 @@ def _is_doubtful(attempt: Attempt, prepared: PreparedFrame) -> bool:
     return (attempt.status.ok and attempt.registration.tracks is None
             and prepared.surface is not None
             and prepared.grey.shape == attempt.reference.prepared.grey.shape)
+
+
+def _twist_by_depth(prepared: PreparedFrame, reference: Reference,
+                    found: Registration) -> np.ndarray:
+    """Return the body velocity between two depth images, 6 [m/s, rad/s]."""
+    interval = (seconds(reference.stamp, prepared.stamp)
+                * depth_rate(prepared, reference.prepared))
+    twist: np.ndarray = se3.log(found.T_target_source) / interval
+    return twist
 
 
 def _from(reference: Reference, last: Reference) -> np.ndarray:

@@ -14,6 +14,7 @@ from aick_ros.geometry.pose import Increment, PoseWithCovariance, along_all_axes
 from aick_ros.settings import OdometrySettings
 
 _HALF_TURN = math.pi  # by definition: no two orientations differ by more
+_WITHIN_LIMITS = 3.0  # chosen: standard deviations of an unknown velocity up to its limits
 
 
 class MotionModel:
@@ -42,15 +43,22 @@ class MotionModel:
         """
         Return the motion of the camera since its velocity was measured.
 
-        :param twist: body velocity (vx, vy, vz, wx, wy, wz) [m/s, rad/s]; None: unknown, zero.
+        :param twist: body velocity (vx, vy, vz, wx, wy, wz) [m/s, rad/s]; None: it was never
+            measured, and may be any within the limits.
         :param elapsed: time since then [s].
         :returns: ``T_camera0_camera1``; its standard deviations are at most those of a camera
             that may be anywhere within the speed limit and turned in any direction.
         """
-        velocity = np.zeros(6) if twist is None else twist
+        velocity, speed, turn_rate = twist, 0.0, 0.0
+        if velocity is None:
+            velocity = np.zeros(6)
+            speed, turn_rate = (limit / _WITHIN_LIMITS for limit in (
+                self._max_speed, self._max_turn_rate))
         per_acceleration = 0.5 * elapsed ** 2
-        shift = min(per_acceleration * self._acceleration_sigma, elapsed * self._max_speed)
-        turn = min(per_acceleration * self._angular_acceleration_sigma, _HALF_TURN)
+        shift = min(math.hypot(per_acceleration * self._acceleration_sigma, elapsed * speed),
+                    elapsed * self._max_speed)
+        turn = min(math.hypot(per_acceleration * self._angular_acceleration_sigma,
+                              elapsed * turn_rate), _HALF_TURN)
         return PoseWithCovariance(se3.exp(min(elapsed, self._hold_time) * velocity),
                                   along_all_axes(shift ** 2, turn ** 2))
 
@@ -91,7 +99,7 @@ class MotionModel:
         """
         if self.holds(unconfirmed):
             return increment.twist
-        prior = self.predict(None, unconfirmed).covariance
+        prior = self.predict(np.zeros(6), unconfirmed).covariance
         # by the share of the information that is not the prior's
         kept: np.ndarray = prior @ np.linalg.solve(
             prior + increment.pose.covariance, increment.twist)

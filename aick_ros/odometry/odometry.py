@@ -36,6 +36,7 @@ from aick_ros.odometry.repeated_images import RepeatedImages, repeated
 from aick_ros.odometry.tracking import Tracking
 from aick_ros.odometry.update import OdometryUpdate
 from aick_ros.odometry.velocity import Velocity
+from aick_ros.registration.depth_alone import shows_enough
 from aick_ros.registration.learned import Learned
 from aick_ros.registration.preparation import Preparation
 from aick_ros.registration.refinement.misalignment import Misalignment
@@ -295,16 +296,17 @@ class Odometry:
     def _start(self, prepared: PreparedFrame) -> OdometryUpdate:
         """Make a frame the first keyframe."""
         count, least = len(prepared.keypoints), self._settings.odometry.min_matches
-        if count < least:
+        is_by_depth = count < least
+        if is_by_depth and not shows_enough(prepared):
             shortage = depth.shortage(prepared.frame.depth, self._settings.sensor)
             reason = f'{count} keypoints with depth, at least {least} are required'
             return self._update(prepared, Status.TOO_FEW_KEYPOINTS,
                                 f'{reason}: {shortage}' if shortage else reason)
         recovered, self._is_lost = self._is_lost, False
         self._velocity = Velocity(confirmed=prepared.stamp)
-        self._references = References(self._path.start(prepared))
-        return self._update(prepared, Status.FIRST_FRAME, f'{count} keypoints',
-                            recovered=recovered)
+        self._references = References(self._path.start(prepared), is_by_depth)
+        reason = f'{count} keypoints, by depth alone' if is_by_depth else f'{count} keypoints'
+        return self._update(prepared, Status.FIRST_FRAME, reason, recovered=recovered)
 
     def _track(self, prepared: PreparedFrame, attempt: Attempt,
                references: References) -> OdometryUpdate:

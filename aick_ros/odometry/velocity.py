@@ -21,22 +21,25 @@ class Velocity:
 
     :param twist: body velocity (vx, vy, vz, wx, wy, wz) [m/s, rad/s]; None: unknown.
     :param covariance: 6x6, of what the frames around it show; zero where nothing does.
-    :param confirmed: stamp of the last frame that was registered by keypoints [ns].
+    :param confirmed: stamp of the last frame that was registered by keypoints, or of the first
+        frame [ns].
+    :param is_confirmed: whether keypoints have shown the velocity there.
     """
 
     twist: np.ndarray | None = None
     covariance: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     confirmed: int = 0
+    is_confirmed: bool = False
 
     @classmethod
     def by_keypoints(cls, increment: Increment, stamp: int) -> Velocity:
         """Return the velocity after an increment that keypoints have measured up to a stamp."""
-        return cls(increment.twist, _covariance(increment), stamp)
+        return cls(increment.twist, _covariance(increment), stamp, True)
 
     def by_depth(self, increment: Increment, stamp: int, model: MotionModel) -> Velocity:
         """Return the velocity after an increment that depth alone has measured up to a stamp."""
         twist = model.observed_twist(increment, seconds(self.confirmed, stamp))
-        return Velocity(twist, _covariance(increment), self.confirmed)
+        return replace(self, twist=twist, covariance=_covariance(increment))
 
     def with_twist(self, twist: np.ndarray | None) -> Velocity:
         """Return another body velocity, [m/s, rad/s], as certain and confirmed."""

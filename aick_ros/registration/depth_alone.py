@@ -161,6 +161,11 @@ class DepthAlone:
         return DepthEdges.of(frame.depth, frame.camera, self._settings.sensor)
 
 
+def shows_enough(prepared: PreparedFrame) -> bool:
+    """Return whether a frame has depth enough to be registered by it alone."""
+    return prepared.surface is not None and len(prepared.surface.chosen) >= _FEWEST_POINTS
+
+
 def _solve(pairs: Sequence[DepthPair], expected: PoseWithCovariance, pose: np.ndarray,
            most_steps: int = _MOST_STEPS, with_all: bool = False) -> np.ndarray:
     """

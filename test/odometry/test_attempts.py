@@ -34,6 +34,7 @@ class View:
     repeat: Repeat = Repeat.NONE
     surface: str = 'a room'
     twist: np.ndarray | None = None
+    depth_lag: float = 0.0
     keypoints: range = range(300)
     grey: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros((3, 4)))
 
@@ -107,9 +108,11 @@ def test_keypoints_come_before_depth(references):
     assert order(view(0.2), references) == BY_KEYPOINTS + BY_DEPTH
 
 
-def test_without_a_velocity_depth_alone_is_not_tried(references):
-    assert order(view(0.2), references, twist=None) == BY_KEYPOINTS
-    assert order(view(0.5), references) == BY_KEYPOINTS  # beyond the hold time
+def test_depth_alone_is_tried_within_the_hold_time(references):
+    """Without a velocity, too: as at the start in the dark."""
+    for twist in (np.zeros(6), None):
+        assert order(view(0.39), references, twist=twist) == BY_KEYPOINTS + BY_DEPTH
+        assert order(view(0.41), references, twist=twist) == BY_KEYPOINTS
 
 
 @pytest.mark.parametrize('after, keypoints, support, is_recognised', [
@@ -174,8 +177,8 @@ def test_registrations_know_the_motion_expected_and_the_time_since_keypoints_wer
     references.track(Reference(view(0.1), last), first)
     twist, settings = np.array([0.5, -0.2, 0.1, 0.3, 0.2, -0.4]), Settings().odometry
     list(attempts_by(registrar).of(
-        view(0.2), references, Velocity(twist, confirmed=round(confirmed * NANOSECONDS)),
-        none_known))
+        view(0.2), references,
+        Velocity(twist, confirmed=round(confirmed * NANOSECONDS), is_confirmed=True), none_known))
     moved = last.matrix @ se3.exp(0.1 * twist)
     for expected, reference in zip(registrar.by_keypoints, (keyframe, last)):
         assert expected.steady is None  # no other sensor has a part in the motion expected
@@ -296,23 +299,26 @@ def test_nothing_is_tracked_to_where_nothing_is_expected(moved):
 
 @pytest.mark.parametrize('twist', [None, TWIST])
 def test_a_frame_gets_the_velocity_that_is_known_of_it(moved, twist):
-    """Where another sensor knows the motion, but not the velocity, it gets none."""
+    """Where another sensor knows the motion, but not the velocity, depth alone has to tell it."""
     expected, registrar = Expected(), Playing()
     list(Attempts(Settings(), registrar, expected).of(
         view(0.3), moved, Velocity(twist), none_known))
-    for source, *_ in registrar.given:
-        if twist is None:
-            assert source.twist is None
-        else:
-            np.testing.assert_allclose(source.twist, np.r_[TWIST[:3], 0.3 * RATE])
+    known = [source.twist for source, *_ in registrar.given]
+    if twist is None:
+        np.testing.assert_allclose(known.pop(), se3.log(SEEN.T_target_source) / 0.2)
+        assert known == len(known) * [None]
+    else:
+        np.testing.assert_allclose(known, len(known) * [np.r_[TWIST[:3], 0.3 * RATE]])
 
 
 def test_where_no_motion_is_known_nothing_is_expected(moved):
     registrar = Playing()
     list(Attempts(Settings(), registrar, Expected(False)).of(
         view(0.3), moved, Velocity(TWIST), none_known))
-    assert [(source.twist, expected) for source, _, expected, *_ in registrar.given] == (
+    by_keypoints, by_depth = registrar.given[:2], registrar.given[2:]
+    assert [(source.twist, expected) for source, _, expected, *_ in by_keypoints] == (
         2 * [(None, None)])
+    assert [source.twist for source, *_ in by_depth] == [None]
 
 
 def test_what_is_expected_by_sensors_and_at_constant_velocity_is_in_each_reference(moved):

@@ -10,6 +10,7 @@ import pytest
 
 from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
@@ -67,6 +68,47 @@ def test_in_the_dark_increments_are_between_neighbours_and_honest(rendered, dark
 def test_a_dark_frame_becomes_no_keyframe(rendered, dark):
     keypoints = {i: dark[i].reference.stamp for i in range(1, COUNT) if i not in DARK}
     assert set(keypoints.values()).isdisjoint({rendered[0][i].stamp for i in DARK})
+
+
+@pytest.mark.parametrize('lit', [range(COUNT, COUNT), range(6, COUNT), range(0, 1)],
+                         ids=['never lit', 'lit later', 'lit at first'])
+def test_a_camera_may_start_in_the_dark(rendered, lit):
+    """Also where it gets dark with the second frame, whose motion nothing lets expect."""
+    frames, _ = rendered
+    odometry = Odometry()
+    updates = [odometry.register_frame(frame if i in lit else without_light(frame))
+               for i, frame in enumerate(frames)]
+    assert updates[0].status is Status.FIRST_FRAME
+    assert all(update.status is Status.OK for update in updates[1:])
+    assert ('by depth alone' in updates[0].reason) == (0 not in lit)
+    by_keypoints = {i for i in range(COUNT) if updates[i].evidence is Evidence.KEYPOINTS}
+    assert by_keypoints == set(lit[1:])  # to a frame with keypoints
+    assert max(error(update, *rendered)[0] for update in updates) < 0.005
+
+
+@pytest.mark.parametrize('share', [0.0, 0.01])
+def test_without_keypoints_and_with_little_depth_nothing_begins(rendered, share):
+    frame = without_light(rendered[0][0])
+    columns = round(share * frame.depth.shape[1])
+    depth = np.full_like(frame.depth, np.nan)
+    depth[:, :columns] = frame.depth[:, :columns]
+    update = Odometry().register_frame(dataclasses.replace(frame, depth=depth))
+    assert update.status is Status.TOO_FEW_KEYPOINTS
+    assert update.reason.startswith('0 keypoints with depth, at least 12 are required')
+
+
+def test_at_the_start_in_the_dark_depth_of_other_times_is_brought_to_those_of_colour(rendered):
+    """Depth images before and after their colour images, while the velocity is not known."""
+    frames, pose = rendered
+    shown = []
+    for i, lag in enumerate((-0.012, 0.012)):
+        source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT, depth_delay=lag))
+        shown.append(dataclasses.replace(
+            without_light(frames[i]), depth=source.frame(i).depth,
+            depth_stamp=frames[i].stamp + round(lag * NANOSECONDS)))
+    odometry = Odometry()
+    update = [odometry.register_frame(frame) for frame in shown][1]
+    assert error(update, frames, pose)[0] < 0.002
 
 
 def test_depth_of_another_place_is_not_taken_for_the_same(rendered):

@@ -30,9 +30,16 @@ def test_the_velocity_counts_for_the_hold_time():
     assert [model.holds(elapsed) for elapsed in (0.1, 0.3, 0.31)] == [True, True, False]
 
 
-def test_with_no_velocity_the_camera_stands_still():
-    predicted = MotionModel(OdometrySettings()).predict(None, 0.1)
+def test_a_velocity_that_was_never_measured_may_be_any_within_the_limits():
+    """They are three of its standard deviations, beside those of an acceleration."""
+    model = MotionModel(OdometrySettings(
+        max_speed=1.5, max_turn_rate=6.0, acceleration_sigma=4.0, angular_acceleration_sigma=20.0))
+    predicted = model.predict(None, 0.1)
     np.testing.assert_array_equal(predicted.matrix, np.eye(4))
+    sigmas = np.hypot([0.05, 0.2], [0.02, 0.1])
+    np.testing.assert_allclose(np.sqrt(np.diag(predicted.covariance)), np.repeat(sigmas, 3))
+    assert (np.diag(model.predict(np.zeros(6), 0.1).covariance) < 0.3 * np.repeat(
+        sigmas ** 2, 3)).all()
 
 
 def test_the_covariance_is_that_of_sampled_accelerations():

@@ -341,7 +341,8 @@ def test_a_rejected_increment_is_reported(rendered):
 
 def test_too_few_matches_are_rejected(rendered):
     frames, _ = rendered
-    strict = with_values(Settings(), {'odometry.min_matches': 400})
+    strict = with_values(Settings(), {'odometry.min_matches': 400,
+                                      'refinement.mode': 'keypoints'})  # not by depth alone
     updates = track(Odometry(strict), frames[:2])
     assert updates[1].status is Status.TOO_FEW_MATCHES
     assert 'odometry.min_matches is 400' in updates[1].reason

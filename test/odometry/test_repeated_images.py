@@ -79,7 +79,7 @@ def test_the_error_of_the_velocity_grows_with_the_time_that_an_image_repeats(ren
     model = MotionModel(OdometrySettings())
     for update in updates[5:]:
         elapsed = (update.stamp - frames[4].stamp) / NANOSECONDS
-        expected = model.predict(None, elapsed).covariance + (
+        expected = model.predict(np.zeros(6), elapsed).covariance + (
             elapsed / increment.interval) ** 2 * increment.pose.covariance
         np.testing.assert_allclose(update.expected.pose.covariance, expected, rtol=1e-9)
 

