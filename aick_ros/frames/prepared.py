@@ -20,6 +20,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.sharpness import Sharpness
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.median import median
+from aick_ros.settings import PreparationSettings
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,7 @@ class PreparedFrame:
     :param is_tracked: whether the keypoints are not its own, but those of another frame that were
         tracked into it.
     :param distortion: that the depth image is free of.
+    :param settings: by which keypoints and surface were made; None: unknown.
     """
 
     frame: RgbdFrame
@@ -50,6 +52,7 @@ class PreparedFrame:
     twist: np.ndarray | None = None
     is_tracked: bool = False
     distortion: DepthDistortion = NO_DISTORTION
+    settings: PreparationSettings | None = None
 
     @cached_property
     def scene_depth(self) -> float:

@@ -57,7 +57,7 @@ class KeyframeChoice:
         if reference is not references.keyframe:
             self._policy.begin()
         if _is_kept(prepared, attempt, self._policy.advance):
-            kept = self._registrar.with_distortion_of(reference.prepared, prepared)
+            kept = self._registrar.prepared_like(reference.prepared, prepared)
             if kept.twist is None and prepared.twist is not None:  # as that of a first frame
                 kept = kept.moving(prepared.twist)
             references.track(last, Reference(kept, reference.pose, loss=reference.loss))

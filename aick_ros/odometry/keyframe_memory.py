@@ -217,7 +217,7 @@ class KeyframeMemory:
     def _step(self, search: KeyframeSearch) -> None:
         """Do a part of a registration of a search, and correct the graph by what is accepted."""
         if not search.has_begun:
-            self._bring(search.candidate, search.key)
+            self._prepare_for(search)
         accepted = search.step(self._graph, self._frames, self._registrar, self._settings)
         if accepted:
             self._graph.update(accepted)
@@ -230,11 +230,13 @@ class KeyframeMemory:
             self._no_copies.clear()
             self._search = None
 
-    def _bring(self, key: int, other: int) -> None:
-        """Free a keyframe of the distortion that another one is free of, from now on."""
-        corrected = self._registrar.with_distortion_of(self._frames[key], self._frames[other])
-        if corrected is not self._frames[key]:
-            self._frames[key] = compact(corrected, self._mappings)
+    def _prepare_for(self, search: KeyframeSearch) -> None:
+        """Bring the keyframes of a search to one preparation, by the settings of now."""
+        newest = self._registrar.prepared_again(self._frames[search.key])
+        candidate = self._registrar.prepared_like(self._frames[search.candidate], newest)
+        for key, prepared in ((search.key, newest), (search.candidate, candidate)):
+            if prepared is not self._frames[key]:
+                self._frames[key] = compact(prepared, self._mappings)
 
     def _drop_redundant(self) -> None:
         """Drop copies, then keyframes until they are few enough: of two alike the older one."""

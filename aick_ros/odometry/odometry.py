@@ -92,17 +92,12 @@ class Odometry:
         """
         Continue with other settings from the pose reached.
 
-        Descriptors of two detectors cannot be compared: after a change of ``features.detector``
-        the next frame is a first one again, and the motion up to it is not measured.
+        Keypoints of two detectors, or of two settings of one, cannot be compared. So frames that
+        are kept are prepared again, each where a frame is next registered to it.
 
         :raises InputError: where the vocabulary cannot be read; nothing is changed then.
         """
-        registrar = Registrar(settings, self._times, self._learned, self._detector)
-        has_changed = settings.features.detector != self._settings.features.detector
-        if self._detector is None and has_changed:
-            self._path.begin_anew()
-            self._begin(self._is_lost or self._references is not None)
-        self._apply(settings, registrar)
+        self._apply(settings, Registrar(settings, self._times, self._learned, self._detector))
 
     def _apply(self, settings: Settings, registrar: Registrar) -> None:
         self._settings = settings
@@ -333,9 +328,10 @@ class Odometry:
         self._keyframes.advance(references, last, attempt)
         self._path.track(prepared.stamp, reference.pose, registration.pose, references.keyframe,
                          detour, interval, effort)
+        registered_to = self._registrar.prepared_like(reference.prepared, prepared)
         return self._update(
             prepared, Status.OK, registration.reason, increment=increment, recovered=recovered,
-            reference=reference.prepared.keypoints, matches=registration.matches,
+            reference=registered_to.keypoints, matches=registration.matches,
             support=registration.support, evidence=registration.evidence)
 
     def _with_velocity(self, prepared: PreparedFrame, attempt: Attempt,

@@ -63,13 +63,9 @@ class Path:
         self._plane.reset()
         self._begin(PoseWithCovariance(pose))
 
-    def begin_anew(self) -> None:
-        """Begin where the last frame was published, with other keyframes."""
-        self._begin(self.published)
-
     def restart(self) -> None:
-        """Begin another recording there, in which the camera may be turned otherwise."""
-        self.begin_anew()
+        """Begin another recording where the last frame was published; the camera may be turned."""
+        self._begin(self.published)
         self._has_restarted = True
 
     def _begin(self, pose: PoseWithCovariance) -> None:

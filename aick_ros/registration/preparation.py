@@ -33,7 +33,8 @@ class Preparer:
     """
 
     def __init__(self, settings: Settings, detector: Detector | None = None) -> None:
-        self._settings = required(settings, Settings, 'settings')
+        self.settings = required(settings, Settings, 'settings').preparation
+        self._makes_keypoints = settings.odometry.aick_interval == 1
         self._extractor = KeypointExtractor(settings.features, settings.sensor,
                                             vocabulary_of(settings), settings.aick.word_radius,
                                             detector)
@@ -58,7 +59,7 @@ class Preparer:
         """
         preparation = self.begin(frame)
         preparation.surface()
-        if self._settings.odometry.aick_interval == 1:  # else most frames need none of their own
+        if self._makes_keypoints:  # else most frames need none of their own
             preparation.keypoints()
         return preparation
 
@@ -68,10 +69,10 @@ class Preparer:
 
     def surface(self, frame: RgbdFrame) -> Surface | None:
         """Return the surface of a frame; None if the refinement does not use it."""
-        if self._settings.refinement.mode != 'joint':
+        if self.settings.surface_points is None:
             return None
-        return Surface.of(frame.depth, frame.camera, self._settings.sensor,
-                          self._settings.refinement.surface_points)
+        return Surface.of(frame.depth, frame.camera, self.settings.sensor,
+                          self.settings.surface_points)
 
 
 class Preparation:

@@ -20,7 +20,7 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.aick.aick import Aick
-from aick_ros.registration.common_distortion import CommonDistortion
+from aick_ros.registration.common_preparation import CommonPreparation
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.expected_pose import ExpectedPose
@@ -77,8 +77,8 @@ class Registrar:
         self._learned.misalignment.assume(Misalignment.by(settings.misalignment))
         self._preparer.distortion = self._learned.distortion.distortion
         self._own_keypoints = LastResults(self._preparer.keypoints, 1)
-        self._alike = CommonDistortion(self._preparer, _TARGETS)
-        self._beside_alike = CommonDistortion(self._preparer, _VIEWS)
+        self._alike = CommonPreparation(self._preparer, _TARGETS)
+        self._beside_alike = CommonPreparation(self._preparer, _VIEWS)
         self._since_depth_alone = 0  # registrations by keypoints
 
     @property
@@ -139,7 +139,8 @@ class Registrar:
         frame = preparation.corrected()
         return PreparedFrame(frame, keypoints, frame.grey, surface, self._learned.depth_lag(frame),
                              self._learned.colour_clock.jitter, repeat,
-                             distortion=preparation.distortion)
+                             distortion=preparation.distortion,
+                             settings=self._preparer.settings)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: ExpectedPose | None = None,
@@ -165,10 +166,18 @@ class Registrar:
         found = self._verified.register(source, target, expected, tracked)
         return self._taught_by(found, source, target, expected)
 
-    def with_distortion_of(self, target: PreparedFrame, source: PreparedFrame) -> PreparedFrame:
-        """Return the target as the source is registered to it: free of the same distortion."""
+    def prepared_like(self, target: PreparedFrame, source: PreparedFrame) -> PreparedFrame:
+        """
+        Return the target as the source is registered to it.
+
+        That is prepared by the same settings, and free of the same distortion.
+        """
         _require_frames(source, target)
         return self._alike(target, source)
+
+    def prepared_again(self, prepared: PreparedFrame) -> PreparedFrame:
+        """Return a frame of other settings prepared by those of now; others are returned as is."""
+        return self._alike.prepared_again(required(prepared, PreparedFrame, 'the frame'))
 
     def track(self, source: PreparedFrame, target: PreparedFrame,
               expected: ExpectedPose) -> tuple[PreparedFrame, Registration]:

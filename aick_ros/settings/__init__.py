@@ -4,12 +4,12 @@
 """Every parameter once, with range and unit."""
 
 from aick_ros.settings.algorithm import (
-    AickSettings, ImuSettings, MisalignmentSettings, OdometrySettings, RefinementSettings,
-    SensorSettings, Settings)
+    AickSettings, ImuSettings, MisalignmentSettings, OdometrySettings, PreparationSettings,
+    RefinementSettings, SensorSettings, Settings)
 from aick_ros.settings.features import FeatureSettings, OrbSettings, SiftSettings, SurfSettings
 from aick_ros.settings.node import NodeSettings
 
 __all__ = [
     'AickSettings', 'FeatureSettings', 'ImuSettings', 'MisalignmentSettings', 'NodeSettings',
-    'OdometrySettings', 'OrbSettings', 'RefinementSettings', 'SensorSettings', 'Settings',
-    'SiftSettings', 'SurfSettings']
+    'OdometrySettings', 'OrbSettings', 'PreparationSettings', 'RefinementSettings',
+    'SensorSettings', 'Settings', 'SiftSettings', 'SurfSettings']

@@ -11,6 +11,7 @@ dataclasses.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from aick_ros.errors import InputError
 from aick_ros.settings.features import FeatureSettings
@@ -254,6 +255,20 @@ class ImuSettings(Checked):
         unit='s', minimum=0.0, maximum=0.1)
 
 
+class PreparationSettings(NamedTuple):
+    """
+    What the preparation of frames depends on: those prepared by others cannot be compared.
+
+    :param surface_points: maximum number of points of a surface; None: there are no surfaces.
+    """
+
+    features: FeatureSettings
+    sensor: SensorSettings
+    vocabulary: str
+    word_radius: float
+    surface_points: int | None
+
+
 @dataclass(frozen=True)
 class Settings(Checked):
     """All settings of the algorithm."""
@@ -265,3 +280,10 @@ class Settings(Checked):
     refinement: RefinementSettings = RefinementSettings()
     odometry: OdometrySettings = OdometrySettings()
     imu: ImuSettings = ImuSettings()
+
+    @property
+    def preparation(self) -> PreparationSettings:
+        """Those of the preparation of frames."""
+        return PreparationSettings(
+            self.features, self.sensor, self.aick.vocabulary, self.aick.word_radius,
+            self.refinement.surface_points if self.refinement.mode == 'joint' else None)

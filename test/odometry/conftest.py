@@ -99,6 +99,7 @@ class Parts:
                 preparation.frame, repeat=repeat),
             ('Registrar', 'prepared_for_tracking'): lambda preparation: self.prepared(
                 preparation.frame, is_tracked=True),
+            ('Registrar', 'prepared_like'): lambda target, source: target,
             ('Registrar', 'with_own_keypoints'): lambda prepared: dataclasses.replace(
                 prepared, is_tracked=False),
             ('KeyframeChoice', 'advance'): lambda references, last, attempt: references.track(

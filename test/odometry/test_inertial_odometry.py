@@ -123,7 +123,7 @@ class Registrar:
             np.tile(np.eye(3, dtype=np.float32), (count, 1, 1)),
             np.zeros((count, 2), np.float32)), frame.grey, repeat=repeat)
 
-    def with_distortion_of(self, target, source):
+    def prepared_like(self, target, source):
         return target
 
     def register(self, source, target, expected=None, tracked=None):

@@ -75,7 +75,7 @@ def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', loss=No
     references.loss = loss
     last = Reference(View(2, **changes), pose_at(2), pose_at(8))
     choice = KeyframeChoice(Settings(), SimpleNamespace(
-        with_distortion_of=lambda target, source: replace(target, as_seen_by=source.stamp),
+        prepared_like=lambda target, source: replace(target, as_seen_by=source.stamp),
         with_own_keypoints=lambda prepared: policy.detected.append(prepared) or replace(
             prepared, keypoints='own', is_tracked=False)))
     choice._policy = policy
@@ -108,7 +108,7 @@ def test_a_first_keyframe_has_the_velocity_of_the_frame_after_it(known, expected
     first = Reference(View(0, twist=known), pose_at(0))
     references = References(first)
     choice = KeyframeChoice(Settings(), SimpleNamespace(
-        with_distortion_of=lambda target, source: target))
+        prepared_like=lambda target, source: target))
     choice._policy = Policy(True)
     last = Reference(View(1, twist='of the next'), pose_at(1), pose_at(8))
     choice.advance(references, last, SimpleNamespace(
@@ -210,7 +210,7 @@ def test_the_policy_is_that_of_the_settings(reference, is_kept):
     first, last = Reference(View(0), exact), Reference(view, exact)
     references = References(first)
     choice = KeyframeChoice(with_values(Settings(), {'odometry.reference': reference}),
-                            SimpleNamespace(with_distortion_of=lambda target, source: target))
+                            SimpleNamespace(prepared_like=lambda target, source: target))
     choice.advance(references, last, SimpleNamespace(
         reference=first, registration=SimpleNamespace(
             is_by_depth=False, support=3, image_pose=exact, unbiased_pose=exact)))

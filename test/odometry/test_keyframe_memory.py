@@ -66,8 +66,11 @@ class NoisyRegistrar:
         self._true_poses, self._rng = true_poses, rng
         self.count = 0
 
-    def with_distortion_of(self, target, source):
+    def prepared_like(self, target, source):
         return target
+
+    def prepared_again(self, prepared):
+        return prepared
 
     def measure(self, source, target):
         """Return the measured pose of a frame in another one, both by their numbers."""
@@ -374,16 +377,21 @@ def scripted(monkeypatch):
 
 
 class Bringing:
-    """A registrar that is only asked to bring frames to the distortion of others."""
+    """A registrar that is only asked to prepare frames as others are, or by its settings."""
 
     def __init__(self):
-        self.brought_to = {}
+        self.brought_to, self.settings = {}, None
 
-    def with_distortion_of(self, target, source):
-        if target.distortion == source.distortion:
+    def prepared_like(self, target, source):
+        if (target.distortion, target.settings) == (source.distortion, source.settings):
             return target
         self.brought_to[target.stamp] = source.stamp
-        return dataclasses.replace(target, distortion=source.distortion)
+        return dataclasses.replace(target, distortion=source.distortion, settings=source.settings)
+
+    def prepared_again(self, prepared):
+        if prepared.settings == self.settings:
+            return prepared
+        return dataclasses.replace(prepared, settings=self.settings)
 
 
 def memory_at(pose, changes=None, registrar=None, **options):
@@ -451,6 +459,17 @@ def test_a_keyframe_is_brought_to_what_is_known_where_it_is_sought_and_stays_so(
     assert registrar.brought_to == {before.stamp: new.stamp}
     assert memory.frames[0].frame.colour is memory.frames[0].grey
     assert memory.frames[0].grey.base is not None  # in a mapping
+
+
+def test_the_keyframes_of_a_search_are_those_of_the_settings_of_now(scripted):
+    _, registrar = scripted(steps=3), Bringing()
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0}, registrar)
+    new = Reference(prepared(1), START)
+    memory.track(new, START.matrix, NO_DETOUR, INTERVAL)
+    registrar.settings = Settings().preparation
+    memory.track(new, START.matrix, NO_DETOUR, INTERVAL)
+    assert [kept.settings for kept in memory.frames] == 2 * [registrar.settings]
+    assert all(kept.grey.base is not None for kept in memory.frames)  # in a mapping
 
 
 def test_a_step_waits_for_a_frame_that_is_easy_but_not_for_ever(scripted):

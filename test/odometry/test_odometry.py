@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.features import make_detector
 from aick_ros.frames.camera_clock import CameraClock
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
-from aick_ros.settings import FeatureSettings, OdometrySettings, Settings
+from aick_ros.settings import OdometrySettings, Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -43,14 +42,6 @@ def error(update, truth, start=0, index=None):
     true_motion = se3.inverse(truth[start]) @ truth[index]
     E = se3.inverse(true_motion) @ update.T_odom_camera
     return np.linalg.norm(E[:3, 3]), se3.angle(E[:3, :3])
-
-
-class HalfOrb:
-    """A detector whose descriptors have half as many bits as ORB's."""
-
-    def detect(self, grey):
-        found = make_detector(FeatureSettings()).detect(grey)
-        return dataclasses.replace(found, descriptors=found.descriptors[:, :16])
 
 
 def black(frame):
@@ -461,20 +452,6 @@ def test_settings_change_between_two_frames_without_losing_the_pose(rendered):
     assert {update.status for update in updates} == {Status.OK}
     assert {len(update.keypoints) for update in updates} == {200}
     assert error(updates[-1], truth, 0, COUNT - 1)[0] < 0.03
-
-
-def test_after_a_change_of_detector_nothing_is_compared_with_what_the_other_one_found(
-        rendered, monkeypatch):
-    monkeypatch.setattr('aick_ros.frames.keypoints.make_detector', lambda features: HalfOrb())
-    frames, _ = rendered
-    odometry = Odometry(dataclasses.replace(Settings(), features=FeatureSettings('sift')))
-    before = track(odometry, frames[:4])[-1]
-    monkeypatch.undo()
-    odometry.change_settings(Settings())
-    first, second = track(odometry, frames[4:6])
-    assert (first.status, second.status) == (Status.FIRST_FRAME, Status.OK)
-    assert first.recovered
-    np.testing.assert_array_equal(first.T_odom_camera, before.T_odom_camera)
 
 
 @pytest.mark.parametrize('pose', [

@@ -12,7 +12,6 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.features.detector import Detector
 from aick_ros.geometry import se3
-from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry import Odometry
 from aick_ros.registration import stage_times
 from aick_ros.registration.learned import Learned
@@ -108,31 +107,26 @@ def test_what_was_prepared_before_a_change_is_prepared_again(parts, changed, att
         assert registered.frame.stamp == preparation.frame.stamp
 
 
-@pytest.mark.parametrize('detector, is_first', [(None, True), (Own(), False)])
-def test_another_detector_begins_where_the_last_frame_was_published(
-        parts, steps, attempt_to, detector, is_first):
-    """Unless the caller has one of their own, which is used whatever the settings."""
+@pytest.mark.parametrize('detector', [None, Own()])
+def test_a_detector_of_the_caller_is_used_whatever_the_settings(
+        parts, steps, attempt_to, detector):
     one, parts.attempts = steps(T_odom_camera=START, detector=detector), [attempt_to()]
-    tracked = [one.take(0.0), one.take(0.1)][-1]
+    one.take(0.0)
     one.odometry.change_settings(SIFT)
     assert parts.arguments('Registrar')[-1][3] is detector
-    update = one.take(0.2)
-    assert update.status is (Status.FIRST_FRAME if is_first else Status.OK)
-    assert update.recovered == is_first
-    if is_first:
-        np.testing.assert_allclose(update.T_odom_camera, parts.published(
-            PoseWithCovariance(tracked.T_odom_camera)).matrix, atol=1e-12)
+    assert one.take(0.1).status is Status.OK
 
 
-@pytest.mark.parametrize('is_tracking', [True, False])
-def test_a_loss_outlives_two_changes_of_the_detector(parts, steps, is_tracking):
-    """There is none where no frame was tracked."""
-    one = steps()
-    if is_tracking:
-        one.take(0.0)
-    for settings in (SIFT, Settings()):
-        one.odometry.change_settings(settings)
-    assert one.take(0.1).recovered == is_tracking
+def test_matches_are_with_the_keypoints_of_the_reference_as_it_is_prepared_by_now(
+        parts, steps, attempt_to):
+    one, parts.attempts = steps(), [attempt_to()]
+    first = one.take(0.0)
+    again = parts.prepared(first.prepared.frame)
+    parts.answers['Registrar', 'prepared_like'] = again
+    second = one.take(0.1)
+    assert second.reference is again.keypoints
+    (target, source), = parts.asked('Registrar', 'prepared_like')
+    assert target.stamp == first.stamp and source.stamp == second.stamp
 
 
 def test_settings_that_no_registrar_takes_change_nothing(parts, changed, monkeypatch):

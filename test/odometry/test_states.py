@@ -64,7 +64,7 @@ class Registrar:
             np.tile(np.eye(3, dtype=np.float32), (count, 1, 1)), np.zeros((count, 2), np.float32))
         return PreparedFrame(frame, keypoints, frame.grey, repeat=repeat)
 
-    def with_distortion_of(self, target, source):
+    def prepared_like(self, target, source):
         return target
 
     def register(self, source, target, expected=None, tracked=None):
@@ -336,32 +336,6 @@ def test_a_keyframe_found_by_another_frame_than_the_one_before_has_the_error_of_
         odometry.register_frame(frame(number))
     np.testing.assert_array_equal(detours[stamp_of(2)], np.zeros((6, 6)))
     np.testing.assert_array_equal(detours[stamp_of(3)], COVARIANCE)
-
-
-def test_after_a_change_of_detector_the_motion_up_to_the_next_frame_is_not_known(made):
-    odometry, _ = made()
-    other = with_values(Settings(), {'features.detector': 'surf'})
-    odometry.change_settings(other)
-    assert not odometry.register_frame(frame(0)).recovered
-    odometry.change_settings(Settings())
-    update = odometry.register_frame(frame(1))
-    assert update.status is Status.FIRST_FRAME
-    assert update.recovered
-
-
-def test_after_a_change_of_detector_the_next_frame_is_at_the_published_pose(made, monkeypatch):
-    """Which a keyframe found again has moved away from that of the dead reckoning."""
-    odometry, _ = made(motion_prior=False)
-    for number in range(3):
-        odometry.register_frame(frame(number))
-    moved = PoseWithCovariance(se3.exp([1.0, 2.0, 3.0, 0.1, 0.2, 0.3]), np.eye(6))
-    monkeypatch.setattr(KeyframeMemory, 'published', lambda *_: moved)
-    odometry.change_settings(with_values(Settings(), {'features.detector': 'surf'}))
-    monkeypatch.undo()
-    update = odometry.register_frame(frame(3))
-    assert update.status is Status.FIRST_FRAME
-    np.testing.assert_allclose(update.T_odom_camera, moved.matrix, atol=1e-9)
-    np.testing.assert_allclose(update.pose.covariance, moved.covariance, atol=1e-9)
 
 
 def test_a_recording_that_starts_again_does_so_at_the_published_pose(made, monkeypatch):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Frames brought to the distortion that others are free of, against frames prepared with it."""
+"""Frames prepared as others are, against frames that were prepared so from the start."""
 
 import copy
 import dataclasses
@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
+from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.common_distortion import CommonDistortion
+from aick_ros.registration.common_preparation import CommonPreparation
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.learned import Learned
 from aick_ros.registration.registrar import Registrar
@@ -59,7 +61,7 @@ def prepared(frame, known):
 def test_a_frame_is_as_if_it_had_been_prepared_with_the_other_distortion(frame, before):
     now = distortion(3)
     (old, preparer), (new, _) = prepared(frame, before), prepared(frame, now)
-    found = CommonDistortion(preparer, 2)(old, new)
+    found = CommonPreparation(preparer, 2)(old, new)
     assert found.distortion is now
     assert found.frame.colour is old.frame.colour
     np.testing.assert_allclose(found.frame.depth, new.frame.depth, rtol=1e-6)
@@ -73,15 +75,48 @@ def test_a_frame_is_as_if_it_had_been_prepared_with_the_other_distortion(frame, 
     assert difference > 20 * np.abs(found.keypoints.positions - new.keypoints.positions).max()
 
 
+@pytest.mark.parametrize('known', [NO_DISTORTION, distortion(3)])
+@pytest.mark.parametrize('changed', [
+    {'features.orb.patch_size': 21}, {'features.detector': 'sift'}, {'sensor.max_depth': 1.5},
+    {'aick.vocabulary': 'orb-1000'}, {'refinement.mode': 'keypoints'},
+    {'refinement.surface_points': 100}])
+def test_a_frame_of_other_settings_is_prepared_again(frame, known, changed):
+    old = prepared(frame, NO_DISTORTION)[0].with_keypoints(KeypointFrame.none(5), is_tracked=True)
+    registrar = Registrar(with_values(Settings(), changed),
+                          learned=Learned(distortion=Known(known)))
+    new = registrar.prepare(frame)
+    found = registrar.prepared_like(old, new)
+    assert found.settings == new.settings != old.settings and not found.is_tracked
+    assert (found.keypoints.words is None) == (new.keypoints.words is None)
+    for name in ('positions', 'descriptors', 'covariances', 'pixels'):
+        np.testing.assert_allclose(getattr(found.keypoints, name), getattr(new.keypoints, name),
+                                   rtol=1e-5)
+    if new.surface is None:
+        assert found.surface is None
+    else:
+        np.testing.assert_allclose(found.surface.points[found.surface.chosen],
+                                   new.surface.points[new.surface.chosen], rtol=1e-5)
+    assert registrar.prepared_like(old, new) is found
+    assert registrar.prepared_again(found) is found
+    assert registrar.prepared_again(old).settings == new.settings
+
+
+def test_a_depth_image_of_another_moment_shows_no_surface_again(frame):
+    old = dataclasses.replace(prepared(frame, NO_DISTORTION)[0], repeat=Repeat.DEPTH, surface=None)
+    registrar = Registrar(with_values(Settings(), {'features.max_keypoints': 50}))
+    again = registrar.prepared_again(old)
+    assert again.surface is None and len(again.keypoints) == 50
+
+
 def test_a_frame_with_the_same_distortion_stays(frame):
     known = distortion(2)
     (one, preparer), (other, _) = prepared(frame, known), prepared(frame, known)
-    assert CommonDistortion(preparer, 2)(one, other) is one
+    assert CommonPreparation(preparer, 2)(one, other) is one
 
 
 def test_a_frame_is_brought_once_until_the_distortion_changes_again(frame):
     one, preparer = prepared(frame, NO_DISTORTION)
-    alike = CommonDistortion(preparer, 2)
+    alike = CommonPreparation(preparer, 2)
     second, third = (prepared(frame, distortion(seed))[0] for seed in (3, 4))
     found = alike(one, second)
     assert alike(one, second) is found
@@ -92,7 +127,7 @@ def test_a_frame_is_brought_once_until_the_distortion_changes_again(frame):
 def test_as_many_frames_are_kept_as_are_compared_at_once(frame):
     (one, preparer), other = prepared(frame, NO_DISTORTION), prepared(frame, distortion(3))[0]
     frames = [one, *(dataclasses.replace(one) for _ in range(2))]
-    alike = CommonDistortion(preparer, 2)
+    alike = CommonPreparation(preparer, 2)
     first, second, third = (alike(each, other) for each in frames)
     assert alike(frames[2], other) is third and alike(frames[1], other) is second
     assert alike(one, other) is not first
@@ -101,7 +136,7 @@ def test_as_many_frames_are_kept_as_are_compared_at_once(frame):
 def test_a_frame_can_be_brought_back_to_how_it_was_measured(frame):
     corrected, preparer = prepared(frame, distortion(2))
     other, _ = prepared(frame, NO_DISTORTION)
-    found = CommonDistortion(preparer, 2)(corrected, other)
+    found = CommonPreparation(preparer, 2)(corrected, other)
     assert found.distortion is NO_DISTORTION
     np.testing.assert_allclose(found.frame.depth, frame.depth, rtol=1e-6)
 
@@ -110,7 +145,7 @@ def test_a_frame_without_a_surface_gets_none(frame):
     one, preparer = prepared(frame, NO_DISTORTION)
     other, _ = prepared(frame, distortion(3))
     without = dataclasses.replace(one, surface=None)
-    assert CommonDistortion(preparer, 2)(without, other).surface is None
+    assert CommonPreparation(preparer, 2)(without, other).surface is None
 
 
 @pytest.mark.parametrize('is_ahead', [False, True])
@@ -145,7 +180,7 @@ def test_a_frame_with_a_copy_of_the_distortion_stays(frame, known, copied):
     ahead = preparer.prepare(frame)
     other = dataclasses.replace(one, distortion=preparer.distortion)
     assert other.distortion is not one.distortion
-    assert CommonDistortion(preparer, 2)(one, other) is one
+    assert CommonPreparation(preparer, 2)(one, other) is one
     preparer.distortion = copied(preparer.distortion)
     assert ahead.up_to_date() is ahead
 
