@@ -58,7 +58,7 @@ class KeyframePolicy:
     def begin(self) -> None:
         """Start with another keyframe."""
         self._variances: tuple[float, float, float] | None = None
-        self._first_overlap = 0, 0.0  # with the stamp of the depth image
+        self._first_overlap: tuple[int, float] | None = None  # with the stamp of its image
 
     def keeps(self, prepared: PreparedFrame, registration: Registration, count: int) -> bool:
         """
@@ -97,7 +97,7 @@ class KeyframePolicy:
 
         :param stamp: of that image [ns].
         """
-        if stamp != self._first_overlap[0]:
+        if self._first_overlap is None or stamp != self._first_overlap[0]:
             self._first_overlap = stamp, registration.overlap
         return registration.overlap >= max(
             _MIN_SHAPE_OVERLAP, _MIN_OF_FIRST_OVERLAP * self._first_overlap[1])

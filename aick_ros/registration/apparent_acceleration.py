@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from aick_ros.geometry import se3
@@ -12,6 +14,13 @@ from aick_ros.geometry.stamps import RESTART_AFTER
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings
+
+
+class _Shown(NamedTuple):
+    """What a frame has shown: against the motion expected, 6 [m/s^2, rad/s^2]."""
+
+    stamp: int
+    acceleration: np.ndarray
 
 
 class ApparentAcceleration:
@@ -27,7 +36,8 @@ class ApparentAcceleration:
     def __init__(self, settings: OdometrySettings) -> None:
         self._sigmas = np.repeat(
             [settings.acceleration_sigma, settings.angular_acceleration_sigma], 3)
-        self._before = self._last = 0, np.zeros(6)  # stamps, and what their frames have shown
+        self._before: _Shown | None = None
+        self._last: _Shown | None = None
 
     def sigmas(self, stamp: int, elapsed: float) -> np.ndarray:
         """
@@ -36,9 +46,10 @@ class ApparentAcceleration:
         :param stamp: of the frame [ns].
         :param elapsed: time since the velocity was measured [s].
         """
-        before, shown = self._before if stamp == self._last[0] else self._last
-        if not 0 < stamp - before < RESTART_AFTER:  # another recording, or long before
-            shown = np.zeros(6)
+        last = self._before if self._is_last(stamp) else self._last
+        shown = np.zeros(6)
+        if last is not None and 0 < stamp - last.stamp < RESTART_AFTER:
+            shown = last.acceleration  # else it is of another recording, or of long before
         sigmas: np.ndarray = 0.5 * np.hypot(self._sigmas, shown) * elapsed ** 2
         return sigmas
 
@@ -46,7 +57,10 @@ class ApparentAcceleration:
         """Note what a registration of a frame shows; it may be registered several times."""
         if not found.status.ok or expected.elapsed <= 0.0:
             return
-        if stamp != self._last[0]:
+        if not self._is_last(stamp):
             self._before = self._last
         difference = se3.difference(found.T_target_source, expected.T_target_source)
-        self._last = stamp, 2.0 * difference / expected.elapsed ** 2
+        self._last = _Shown(stamp, 2.0 * difference / expected.elapsed ** 2)
+
+    def _is_last(self, stamp: int) -> bool:
+        return self._last is not None and stamp == self._last.stamp

@@ -103,9 +103,11 @@ def served(policy, overlaps):
 @pytest.mark.parametrize(('overlaps', 'expected'), [
     ((0.8,), [True]), ((float(np.nextafter(0.8, 0.0)),), [False]),
     ((0.9, 0.8551, 0.8549), [True, True, False]), ((0.82, 0.801, 0.799), [True, True, False])])
-def test_a_depth_image_serves_while_enough_of_it_is_seen(overlaps, expected):
+@pytest.mark.parametrize('stamp', [7, 0])
+def test_a_depth_image_serves_while_enough_of_it_is_seen(overlaps, expected, stamp):
     """Beside what the first frame saw of it, as noise leaves less of any view; or of all."""
-    assert served(KeyframePolicy(Settings()), [(7, overlap) for overlap in overlaps]) == expected
+    policy = KeyframePolicy(Settings())
+    assert served(policy, [(stamp, overlap) for overlap in overlaps]) == expected
 
 
 def test_what_is_enough_is_measured_anew_for_each_depth_image():

@@ -80,6 +80,24 @@ def test_a_camera_that_changes_its_resolution_is_followed_on(rendered):
     assert min(spread[5], spread[11]) > 3 * np.median(spread)
 
 
+def test_a_recording_that_begins_at_stamp_0_is_as_any_other(rendered):
+    """As one of a simulation is: with frames in the dark, one that repeats, and one too late."""
+    frames = list(rendered[0][:12])
+    for dark in (3, 4, 5):
+        frames[dark] = dataclasses.replace(
+            frames[dark], colour=np.zeros_like(frames[dark].colour))
+    frames[8] = dataclasses.replace(frames[8], colour=frames[7].colour, depth=frames[7].depth)
+    frames.insert(10, dataclasses.replace(frames[2]))
+    shifted = [dataclasses.replace(frame, depth_stamp=None, stamp=frame.stamp - frames[0].stamp)
+               for frame in frames]
+    assert shifted[0].stamp == 0
+    usual = [dataclasses.replace(frame, depth_stamp=None) for frame in frames]
+    for one, other in zip(track(Odometry(), shifted), track(Odometry(), usual)):
+        assert one.status is other.status
+        np.testing.assert_array_equal(one.T_odom_camera, other.T_odom_camera)
+        np.testing.assert_array_equal(one.pose.covariance, other.pose.covariance)
+
+
 def test_pose_is_the_chain_of_increments(rendered):
     frames, _ = rendered
     first, *updates = track(Odometry(AS_MEASURED), frames[:10])

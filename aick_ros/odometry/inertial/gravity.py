@@ -83,7 +83,7 @@ class Gravity:
         """Continue in a frame that is level, with poses that are measured anew."""
         self._filter = None
         self._level = Level()
-        self._stamp = 0
+        self._stamp: int | None = None  # of the last pose
         self._last = self._reference = PoseWithCovariance.identity()
 
     @property
@@ -175,7 +175,7 @@ class Gravity:
         """
         if self.start is None or not self._settings.gravity:
             return
-        elapsed = seconds(self._stamp, stamp)
+        elapsed = _LONGEST_STEP if self._stamp is None else seconds(self._stamp, stamp)
         at_imu = measured @ self._T_camera_imu  # it is there that forces are measured
         self._advance(stamp, reference, at_imu)
         self._stamp, self._last, self._reference = stamp, at_imu, reference
@@ -188,7 +188,7 @@ class Gravity:
                  measured: PoseWithCovariance) -> None:
         """Estimate gravity at a frame, by the pose of the IMU that was measured."""
         position, covariance = measured.translation, measured.covariance
-        if self._filter is None:
+        if self._filter is None or self._stamp is None:
             self._begin_filter(stamp, measured)
             return
         if reference is not self._reference:

@@ -19,7 +19,8 @@ class RecentReference:
     """
 
     def __init__(self) -> None:
-        self._keyframe = self._stamp = 0
+        self._keyframe: int | None = None  # its stamp; there is none yet
+        self._stamp = 0
         self._pose = PoseWithCovariance.identity()  # T_keyframe_reference
 
     def motion(self, keyframe: int, now: int, seen: PoseWithCovariance

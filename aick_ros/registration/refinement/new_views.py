@@ -25,7 +25,8 @@ class NewViews:
     """Distinguishes registrations of a camera that has moved from those of one at rest."""
 
     def __init__(self) -> None:
-        self._target, self._T_target_source = -1, np.eye(4)
+        self._target: int | None = None  # its stamp; there is none yet
+        self._T_target_source = np.eye(4)
 
     def add(self, target: int, T_target_source: np.ndarray) -> bool:
         """

@@ -203,6 +203,15 @@ def test_a_position_is_predicted_by_the_forces_since_the_frame_before(play):
     assert played.update(0.3)[1][1:3] == (START + 107_000_000, START + 307_000_000)
 
 
+@pytest.mark.parametrize('start', [START, 0, -START])
+def test_the_first_step_is_the_longest_wherever_stamps_begin(play, start):
+    """As those of a simulation do at 0."""
+    played = play(0)
+    played.update(0.0 - (START - start) / NANOSECONDS)
+    *_, elapsed = played.log[-1]
+    assert played.kinds()[-1] == 'approach' and elapsed == 0.2
+
+
 def test_what_is_up_is_told_to_the_frame_as_it_is_published(play):
     played = play()
     _, (up, rotation), pose, elapsed = played.update(0.1, SEEN[1])[-1]
