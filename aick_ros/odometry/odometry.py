@@ -22,6 +22,7 @@ from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER, seconds
 from aick_ros.odometry.attempts import Attempt, Attempts
 from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.expected_motion import ExpectedMotion
+from aick_ros.odometry.frame_order import FrameOrder
 from aick_ros.odometry.increment_bias import IncrementBias
 from aick_ros.odometry.increments import Increments
 from aick_ros.odometry.inertial.gravity import Gravity
@@ -125,12 +126,11 @@ class Odometry:
         :raises InputError: where the pose is not rigid; nothing is changed then.
         """
         self._path.reset(T_odom_camera)
-        self._stamp: int | None = None
+        self._order = FrameOrder()
         self._begin()
 
     def _begin(self, is_lost: bool = False) -> None:
         self._is_lost = is_lost
-        self._unchanged_since = 0
         self._velocity = Velocity()
         self._references: References | None = None
         self._gyroscope.restart()
@@ -219,19 +219,20 @@ class Odometry:
 
     def _repeat_of(self, preparation: Preparation) -> Repeat:
         """Return which images are those of the frame before, if that was tracked."""
-        if (self._references is None or self._is_lost or self._stamp is None
-                or preparation.frame.stamp <= self._stamp):
+        if (self._references is None or self._is_lost
+                or not self._order.is_next(preparation.frame.stamp)):
             return Repeat.NONE
         before = self._references.last.prepared
         return repeat_of(preparation.corrected_for(before.distortion), before.frame)
 
     def _repeat(self, frame: RgbdFrame, last: Reference) -> OdometryUpdate | None:
         """Return the update of a frame whose images repeat; None if they show a camera at rest."""
-        if self._repeated.show_rest(self._unchanged_since, frame.stamp, self._velocity):
+        since = self._order.unchanged_since(frame.stamp)
+        if self._repeated.show_rest(since, frame.stamp, self._velocity):
             return None
-        self._stamp = frame.stamp
-        unchanged = seconds(self._unchanged_since, frame.stamp)
-        return self._hold(repeated(last.prepared, frame), last, f'unchanged for {unchanged:.2f} s')
+        self._order.advance(frame.stamp, is_new=False)
+        return self._hold(repeated(last.prepared, frame), last,
+                          f'unchanged for {seconds(since, frame.stamp):.2f} s')
 
     def _hold(self, prepared: PreparedFrame, last: Reference, reason: str) -> OdometryUpdate:
         """Return the update of a frame whose images repeat: its pose is the one expected."""
@@ -248,7 +249,7 @@ class Odometry:
             preparation, references, self._velocity)
         if attempt is None:
             return self._register_prepared(prepared, rough)
-        self._stamp = self._unchanged_since = prepared.stamp
+        self._order.advance(prepared.stamp)
         return self._track(prepared, attempt, references)
 
     def _may_track(self, frame: RgbdFrame, repeat: Repeat, references: References) -> bool:
@@ -259,22 +260,20 @@ class Odometry:
         """
         return (self._tracking.is_used and repeat is Repeat.NONE and not self._is_lost
                 and references.depth_reference is None and not references.is_blurred()
-                and self._stamp is not None and self._stamp < frame.stamp)
+                and self._order.is_next(frame.stamp))
 
     def _register_prepared(self, prepared: PreparedFrame,
                            rough: np.ndarray | None = None) -> OdometryUpdate:
         """Return the update of a frame by AICK; rough: its pose in the keyframe by tracking."""
-        if self._stamp is not None and prepared.stamp <= self._stamp:
-            back = self._stamp - prepared.stamp
+        back = self._order.back(prepared.stamp)
+        if back is not None:
             if back <= RESTART_AFTER:
                 return self._update(prepared, Status.BAD_STAMP,
                                     f'{back / NANOSECONDS:.6f} s before the last frame')
             self._path.restart()
             self._begin(is_lost=True)
-        self._stamp = prepared.stamp
+        self._order.advance(prepared.stamp, is_new=prepared.repeat is not Repeat.BOTH)
         self._tracking.restart()
-        if prepared.repeat is not Repeat.BOTH:
-            self._unchanged_since = prepared.stamp
         if self._references is None:
             return self._start(prepared)
         failures = []
