@@ -100,11 +100,11 @@ def test_windows_larger_than_the_image_are_refused():
         kernels.gradient_moments(np.zeros((8, 8), np.uint8), np.ones((1, 2)), 7, np.zeros((1, 9)))
     with pytest.raises(ValueError, match='larger than the image'):
         kernels.window_reliefs(np.zeros((8, 9), np.uint8), np.ones((9, 9), np.float32),
-                               np.ones((1, 2)), np.ones(1), 7, 1.0, 0.0, 0.1, 1.0,
+                               np.ones((1, 2)), np.ones(1), 7, np.ones(2), 0.1, 1.0,
                                np.zeros((1, 3)), np.zeros((1, 3)), np.zeros((1, 2)))
     with pytest.raises(ValueError, match='larger than the image'):
         kernels.window_reliefs(np.zeros((9, 9), np.uint8), np.ones((8, 9), np.float32),
-                               np.ones((1, 2)), np.ones(1), 7, 1.0, 0.0, 0.1, 1.0,
+                               np.ones((1, 2)), np.ones(1), 7, np.ones(2), 0.1, 1.0,
                                np.zeros((1, 3)), np.zeros((1, 3)), np.zeros((1, 2)))
 
 

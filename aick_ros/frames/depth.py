@@ -98,6 +98,11 @@ def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray | f
     return sensor.depth_sigma if exponent == 0.0 else sensor.depth_sigma * z ** exponent
 
 
+def noise(sensor: SensorSettings, factor: float = 1.0) -> np.ndarray:
+    """Return some times the noise of the inverse depth, as the kernels take it, 2."""
+    return np.array([factor * sensor.depth_sigma, sensor.inverse_depth_exponent])
+
+
 def position_covariances(positions: np.ndarray, pixel_sigmas: np.ndarray, camera: Camera,
                          sensor: SensorSettings) -> np.ndarray:
     """

@@ -18,6 +18,7 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.borders.records import replaced
 from aick_ros.errors import InputError
+from aick_ros.frames.depth import noise
 from aick_ros.frames.depth_cells import Grid, grid_of, inverse_depths
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
@@ -85,9 +86,8 @@ class Surface:
         kernels.fit_planes(inverse_depths(depth, camera, sensor, cell), grid.intrinsics, points,
                            normals, roughness, cosines)
         kernels.smooth_cells(
-            points, roughness.reshape(grid.height, grid.width), cosines, sensor.depth_sigma,
-            sensor.inverse_depth_exponent, *_RELATIVE_ROUGHNESS, *_ROUGHNESS_BOUNDS, _MIN_COSINE,
-            usable)
+            points, roughness.reshape(grid.height, grid.width), cosines, noise(sensor),
+            *_RELATIVE_ROUGHNESS, *_ROUGHNESS_BOUNDS, _MIN_COSINE, usable)
         return cls(grid, points, normals, usable, _choose(normals, usable, count), roughness)
 
     @functools.cached_property

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import kernels
+from aick_ros.frames import depth
 from aick_ros.geometry import se3
 from aick_ros.settings import SensorSettings
 
@@ -61,8 +62,8 @@ class Tracks:
         keypoints, points = np.empty(most, np.int64), np.empty((most, 3))
         rays, depths, sigmas = np.empty((most, 2)), *np.empty((2, most))
         count = kernels.reversed_tracks(
-            self.keypoints, self.points, self.rays, self.depths, self.sigmas, sensor.depth_sigma,
-            sensor.inverse_depth_exponent, keypoints, points, rays, depths, sigmas)
+            self.keypoints, self.points, self.rays, self.depths, self.sigmas,
+            depth.noise(sensor), keypoints, points, rays, depths, sigmas)
         return Tracks(keypoints[:count], points[:count], rays[:count], depths[:count],
                       sigmas[:count])
 

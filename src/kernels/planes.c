@@ -192,9 +192,9 @@ static inline void look_up(const Cells *cells, Candidates *to) {
 
 // The standard deviations of the inverse depths of points.
 static inline void find_noise(const Pairing *pairing, const double *depths, Column noise) {
-  const double sigma = pairing->noise->sigma, exponent = pairing->noise->exponent;
+  const DepthNoise of_depth = *pairing->noise;
   for (int n = 0; n < BATCH; ++n)
-    noise[n] = inverse_depth_sigma(depths[n], sigma, exponent);
+    noise[n] = inverse_depth_sigma(depths[n], of_depth);
 }
 
 // The derivatives of moved points along directions, by the error of the pose.

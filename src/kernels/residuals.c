@@ -138,7 +138,7 @@ static Py_ssize_t compare_depths(const Tracks *tracks, const double *pose,
       continue;
     double arm[3], moved[3];
     move(pose, tracks->points[i], arm, moved);
-    const double z = moved[2], sigma = inverse_depth_sigma(z, noise->sigma, noise->exponent);
+    const double z = moved[2], sigma = inverse_depth_sigma(z, *noise);
     const double direction[3] = {0.0, 0.0, 1.0 / (sigma * z * z)};
     to->values[found] = (1.0 / tracks->depths[i] - 1.0 / z) / sigma;
     by_twist(direction, arm, to->jacobian[found]);

@@ -14,8 +14,8 @@ typedef struct {
 } DepthNoise;
 
 // The standard deviation of the inverse depth: a power of the depth, often the same for all.
-static inline double inverse_depth_sigma(double z, double sigma, double exponent) {
-  return exponent == 0.0 ? sigma : sigma * pow(z, exponent);
+static inline double inverse_depth_sigma(double z, DepthNoise noise) {
+  return noise.exponent == 0.0 ? noise.sigma : noise.sigma * pow(z, noise.exponent);
 }
 
 #endif

@@ -363,7 +363,7 @@ PyObject *kernel_fit_planes(PyObject *module, PyObject *arguments) {
 
 // Which cells a plane fits to: smooth by the noise of the camera, and not seen at a grazing angle.
 typedef struct {
-  double sigma, exponent;         // of the inverse depth [1/m]
+  DepthNoise noise;
   double by_decile, by_quartile;  // largest roughness, as ratios to those of the smoothest cells
   double low, high;               // its bounds, in standard deviations of the noise
   float smallest_cosine;
@@ -396,9 +396,9 @@ static double largest_roughness(const float *relative, Size size, const SmoothRu
 FOR_EACH_PROCESSOR
 static void find_relative(const float *points, const float *roughness, Py_ssize_t count,
                           const SmoothRule *rule, float *relative) {
-  const double sigma = rule->sigma, exponent = rule->exponent;
+  const DepthNoise noise = rule->noise;
   for (Py_ssize_t i = 0; i < count; ++i)
-    relative[i] = roughness[i] / (float)inverse_depth_sigma(points[3 * i + 2], sigma, exponent);
+    relative[i] = roughness[i] / (float)inverse_depth_sigma(points[3 * i + 2], noise);
 }
 
 FOR_EACH_PROCESSOR
@@ -409,23 +409,25 @@ static void mark_smooth(const float *relative, const float *cosines, Py_ssize_t 
 }
 
 PyObject *kernel_smooth_cells(PyObject *module, PyObject *arguments) {
-  PyObject *point_array, *roughness_array, *cosine_array, *smooth_array;
+  PyObject *point_array, *roughness_array, *cosine_array, *noise_array, *smooth_array;
   SmoothRule rule;
-  if (!PyArg_ParseTuple(arguments, "OOOddddddfO", &point_array, &roughness_array, &cosine_array,
-                        &rule.sigma, &rule.exponent, &rule.by_decile, &rule.by_quartile,
-                        &rule.low, &rule.high, &rule.smallest_cosine, &smooth_array))
+  if (!PyArg_ParseTuple(arguments, "OOOOddddfO", &point_array, &roughness_array, &cosine_array,
+                        &noise_array, &rule.by_decile, &rule.by_quartile, &rule.low, &rule.high,
+                        &rule.smallest_cosine, &smooth_array))
     return NULL;
   const Py_ssize_t count = row_count(smooth_array);
   const Argument needed[] = {
       {"the points", point_array, 'f', 3 * count, false},
       {"the roughness", roughness_array, 'f', IMAGE, false},
       {"the cosines", cosine_array, 'f', count, false},
+      {"the noise of depth", noise_array, 'd', 2, false},
       {"the smooth cells", smooth_array, '?', count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const Size size = size_of(&arrays.views[1]);
+  rule.noise = *(const DepthNoise *)arrays.views[3].buf;
   const bool fits = size.height * size.width == count;
   double *sampled = malloc((size_t)(count + 1) * sizeof(*sampled));
   float *relative = malloc((size_t)(count + 1) * sizeof(*relative));
@@ -435,7 +437,7 @@ PyObject *kernel_smooth_cells(PyObject *module, PyObject *arguments) {
     find_relative(arrays.views[0].buf, arrays.views[1].buf, count, &rule, relative);
     const double largest = largest_roughness(relative, size, &rule, sampled);
     mark_smooth(relative, arrays.views[2].buf, count, (float)largest, rule.smallest_cosine,
-                arrays.views[3].buf);
+                arrays.views[4].buf);
     Py_END_ALLOW_THREADS
   } else if (!is_made) {
     PyErr_NoMemory();

@@ -136,13 +136,13 @@ typedef struct {
 } NewTracks;
 
 // Swap the frames of those tracks that have a depth in the second one; return how many they are.
-static Py_ssize_t reverse(const Tracks *from, double sigma, double exponent, NewTracks *to) {
+static Py_ssize_t reverse(const Tracks *from, const DepthNoise *depth_noise, NewTracks *to) {
   Py_ssize_t found = 0;
   for (Py_ssize_t i = 0; i < from->count; ++i) {
     const double depth = from->depths[i], z = from->points[i][2];
     if (!isfinite(depth))
       continue;
-    const double noise = inverse_depth_sigma(depth, sigma, exponent);
+    const double noise = inverse_depth_sigma(depth, *depth_noise);
     to->keypoints[found] = from->keypoints[i];
     for (int k = 0; k < 2; ++k) {
       to->points[found][k] = from->rays[i][k] * depth;
@@ -157,11 +157,10 @@ static Py_ssize_t reverse(const Tracks *from, double sigma, double exponent, New
 }
 
 PyObject *kernel_reversed_tracks(PyObject *module, PyObject *arguments) {
-  PyObject *objects[10];
-  double sigma, exponent;
-  if (!PyArg_ParseTuple(arguments, "OOOOOddOOOOO", &objects[0], &objects[1], &objects[2],
-                        &objects[3], &objects[4], &sigma, &exponent, &objects[5], &objects[6],
-                        &objects[7], &objects[8], &objects[9]))
+  PyObject *objects[11];
+  if (!PyArg_ParseTuple(arguments, "OOOOOOOOOOO", &objects[0], &objects[1], &objects[2],
+                        &objects[3], &objects[4], &objects[5], &objects[6], &objects[7],
+                        &objects[8], &objects[9], &objects[10]))
     return NULL;
   const Py_ssize_t count = row_count(objects[0]);
   const Argument needed[] = {
@@ -170,11 +169,12 @@ PyObject *kernel_reversed_tracks(PyObject *module, PyObject *arguments) {
       {"the rays", objects[2], 'd', 2 * count, false},
       {"the depths", objects[3], 'd', count, false},
       {"the sigmas", objects[4], 'd', count, false},
-      {"the keypoints reversed", objects[5], 'q', count, true},
-      {"the points reversed", objects[6], 'd', 3 * count, true},
-      {"the rays reversed", objects[7], 'd', 2 * count, true},
-      {"the depths reversed", objects[8], 'd', count, true},
-      {"the sigmas reversed", objects[9], 'd', count, true},
+      {"the noise of depth", objects[5], 'd', 2, false},
+      {"the keypoints reversed", objects[6], 'q', count, true},
+      {"the points reversed", objects[7], 'd', 3 * count, true},
+      {"the rays reversed", objects[8], 'd', 2 * count, true},
+      {"the depths reversed", objects[9], 'd', count, true},
+      {"the sigmas reversed", objects[10], 'd', count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
@@ -182,10 +182,10 @@ PyObject *kernel_reversed_tracks(PyObject *module, PyObject *arguments) {
   const Py_buffer *views = arrays.views;
   const Tracks from = {views[0].buf, views[1].buf, views[2].buf, views[3].buf, views[4].buf,
                        count};
-  NewTracks to = {views[5].buf, views[6].buf, views[7].buf, views[8].buf, views[9].buf};
+  NewTracks to = {views[6].buf, views[7].buf, views[8].buf, views[9].buf, views[10].buf};
   Py_ssize_t found;
   Py_BEGIN_ALLOW_THREADS
-  found = reverse(&from, sigma, exponent, &to);
+  found = reverse(&from, views[5].buf, &to);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   return PyLong_FromSsize_t(found);

@@ -270,9 +270,10 @@ INLINE void measure_reliefs(const uint8_t *first, Py_ssize_t width, const float 
   fit_plane(surface, side, rule->ridge, to->slopes);
 }
 
-// The rule at any depth: the step is noise, the largest relief a share of the inverse depth.
+// The rule at any depth: the largest relief is a share of the inverse depth.
 typedef struct {
-  double step, exponent, most, ridge;
+  DepthNoise step;
+  double most, ridge;
 } Steps;
 
 FOR_EACH_PROCESSOR
@@ -289,8 +290,8 @@ static void write_reliefs(const uint8_t *image, Size size, const float *depth_im
     }
     const double inverse = 1.0 / depths[i];
     const ReliefRule rule = {
-        (float)inverse_depth_sigma(depths[i], steps->step, steps->exponent),
-        (float)(steps->most * inverse), steps->ridge};
+        (float)inverse_depth_sigma(depths[i], steps->step), (float)(steps->most * inverse),
+        steps->ridge};
     const Reliefs reliefs = {all[i], near[i], slopes[i]};
     measure_reliefs(image + first_of(pixels[i], size, whole), size.width,
                     depth_image + first_of(pixels[i], depth_size, whole), depth_size.width, side,
@@ -300,12 +301,12 @@ static void write_reliefs(const uint8_t *image, Size size, const float *depth_im
 
 PyObject *kernel_window_reliefs(PyObject *module, PyObject *arguments) {
   PyObject *image_array, *depth_array, *pixel_array, *centre_array;
-  PyObject *all_array, *near_array, *slope_array;
+  PyObject *step_array, *all_array, *near_array, *slope_array;
   Py_ssize_t side;
   Steps steps;
-  if (!PyArg_ParseTuple(arguments, "OOOOnddddOOO", &image_array, &depth_array, &pixel_array,
-                        &centre_array, &side, &steps.step, &steps.exponent, &steps.most,
-                        &steps.ridge, &all_array, &near_array, &slope_array))
+  if (!PyArg_ParseTuple(arguments, "OOOOnOddOOO", &image_array, &depth_array, &pixel_array,
+                        &centre_array, &side, &step_array, &steps.most, &steps.ridge, &all_array,
+                        &near_array, &slope_array))
     return NULL;
   const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
@@ -313,6 +314,7 @@ PyObject *kernel_window_reliefs(PyObject *module, PyObject *arguments) {
       {"the depth image", depth_array, 'f', IMAGE, false},
       {"the pixels", pixel_array, 'd', 2 * count, false},
       {"the depths", centre_array, 'd', count, false},
+      {"the step", step_array, 'd', 2, false},
       {"the reliefs of all surfaces", all_array, 'd', 3 * count, true},
       {"the reliefs", near_array, 'd', 3 * count, true},
       {"the slopes", slope_array, 'd', 2 * count, true},
@@ -326,9 +328,10 @@ PyObject *kernel_window_reliefs(PyObject *module, PyObject *arguments) {
     close_arrays(&arrays);
     return NULL;
   }
+  steps.step = *(const DepthNoise *)views[4].buf;
   Py_BEGIN_ALLOW_THREADS
   write_reliefs(views[0].buf, size, views[1].buf, depth_size, views[2].buf, views[3].buf, count,
-                side, &steps, views[4].buf, views[5].buf, views[6].buf);
+                side, &steps, views[5].buf, views[6].buf, views[7].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;

@@ -150,6 +150,8 @@ def test_inverse_depth_sigma_is_that_of_sampled_depths(exponent):
         assert depth.inverse_depth_sigma(z, sensor) == pytest.approx(np.std(inverse), rel=0.02)
         by_exponent = sensor.depth_sigma * z ** sensor.inverse_depth_exponent
         assert by_exponent == pytest.approx(np.std(inverse), rel=0.02)
+        sigma, power = depth.noise(sensor, 3.0)
+        assert sigma * z ** power == pytest.approx(3.0 * np.std(inverse), rel=0.02)
 
 
 def test_between_four_pixels_the_inverse_depth_is_bilinear_up_to_the_borders():

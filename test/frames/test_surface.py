@@ -466,8 +466,8 @@ def test_planes_are_as_smooth_as_most_of_the_smoothest_cells(height, width, shar
         largest = np.clip(min(8.0 * finite[len(finite) // 10], 4.0 * finite[len(finite) // 4]),
                           *bounds)
     smooth = np.empty(count, bool)
-    kernels.smooth_cells(points, roughness, cosines, 0.002, exponent, 8.0, 4.0, *bounds, 0.17,
-                         smooth)
+    kernels.smooth_cells(points, roughness, cosines, np.array([0.002, exponent]), 8.0, 4.0,
+                         *bounds, 0.17, smooth)
     clear = np.abs(relative - largest) > 1e-4
     expected = (relative < largest) & (cosines > 0.17)
     np.testing.assert_array_equal(smooth[clear], expected[clear])
@@ -476,8 +476,14 @@ def test_planes_are_as_smooth_as_most_of_the_smoothest_cells(height, width, shar
 def test_cells_have_a_roughness_each():
     with pytest.raises(ValueError, match='^there are not as many cells as their roughness'):
         kernels.smooth_cells(np.ones((5, 3), np.float32), np.ones((2, 3), np.float32),
-                             np.ones(5, np.float32), 1.0, 0.0, 8.0, 4.0, 1.0, 8.0, 0.2,
+                             np.ones(5, np.float32), np.ones(2), 8.0, 4.0, 1.0, 8.0, 0.2,
                              np.empty(5, bool))
+
+
+def test_the_noise_of_cells_is_a_factor_and_an_exponent():
+    cells = np.ones((4, 3), np.float32), np.ones((2, 2), np.float32), np.ones(4, np.float32)
+    with pytest.raises(ValueError, match='the noise of depth has 3 numbers: 2 are required'):
+        kernels.smooth_cells(*cells, np.ones(3), 8.0, 4.0, 1.0, 8.0, 0.2, np.empty(4, bool))
 
 
 def test_the_first_of_each_bucket_in_the_order_are_chosen():

@@ -88,10 +88,10 @@ project d:n,3 d:28 d>n,2
 propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
 relative_pose d:4,4 d:6,6 d:4,4 d:6,6 %f d>4,4 d>6,6
 reprojection d:n,3 d:n,2 d:n d:4,4 %f d:3 d:2 d>2,n d>2,n,6 d>2,n q>2,n
-reversed_tracks q:n d:n,3 d:n,2 d:n d:n %f %f q>n d>n,3 d>n,2 d>n d>n
+reversed_tracks q:n d:n,3 d:n,2 d:n d:n d:2 q>n d>n,3 d>n,2 d>n d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
 shrink B:h,v B>h,v
-smooth_cells f:c,3 f:h,v f:c %f %f %f %f %f %f %f ?>c
+smooth_cells f:c,3 f:h,v f:c d:2 %f %f %f %f %f ?>c
 solve_definite d:n,n d>n,k %k
 spread d:n,2 %f q>k
 stamp_errors d:4,4 d:6 d:6 d:6 %f %f %f d>6,6
@@ -102,7 +102,7 @@ transform d:4,4 d:n,3 d>n,3
 undistort_depth f:h,v d:n,k %f f>h,v
 valid_depth f:h,v %f %f f>h,v
 visible d:n,3 d:4,4 d:28 %f q>n f>n,2
-window_reliefs B:h,v f:h,v d:n,2 d:n %i %f %f %f %f d>n,3 d>n,3 d>n,2
+window_reliefs B:h,v f:h,v d:n,2 d:n %i d:2 %f %f d>n,3 d>n,3 d>n,2
 window_shifts d:n,3 d:4,4 %f %f d:n,2,2 d:n,3,3 d:n,3 %f %f d>n,2
 window_warps d:n,3 d:4,4 %f %f d:n,2 %f d>n,2,2
 """.replace('\\\n', '')

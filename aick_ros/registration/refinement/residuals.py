@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from aick_ros import kernels
+from aick_ros.frames import depth
 from aick_ros.frames.surface import Surface
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Correction
 from aick_ros.registration.refinement.robust_weights import (
@@ -110,11 +111,6 @@ class NormalEquations:
         return cls(information, gradient)
 
 
-def _depth_noise(sensor: SensorSettings, factor: float) -> np.ndarray:
-    """Return the noise of depth, some times that of the sensor, as the kernels take it, 2."""
-    return np.array([factor * sensor.depth_sigma, sensor.inverse_depth_exponent])
-
-
 def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
     """
     Return the empirical covariance of the gradient, 6x6.
@@ -193,7 +189,7 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     blocks = np.empty(count, np.int64)
     found = kernels.track_depth(
         tracks.points, tracks.rays, tracks.depths, T_target_source,
-        _depth_noise(sensor, _CORNER_NOISE), robustness(width, MEDIAN_1), values, jacobian,
+        depth.noise(sensor, _CORNER_NOISE), robustness(width, MEDIAN_1), values, jacobian,
         weights, blocks)
     return Residuals(values[:found], jacobian[:found], weights[:found], blocks[:found])
 
@@ -215,7 +211,7 @@ def track_steps(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     step, pose = np.empty(6), np.empty((4, 4))
     kernels.track_steps(
         tracks.points, tracks.rays, tracks.sigmas, tracks.depths, T_target_source,
-        ray_sigma, _depth_noise(sensor, _CORNER_NOISE), np.array(wider),
+        ray_sigma, depth.noise(sensor, _CORNER_NOISE), np.array(wider),
         robustness(width, MEDIAN_2), robustness(width, MEDIAN_1), truncation(width), weight,
         others.information, others.gradient, step, pose)
     return pose, step
@@ -263,7 +259,7 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
         correction.source.twists, correction.source.height, T_target_source, rate,
         correction.target.twists, correction.target.height, correction.depth_focal,
         target.points, target.normals, target.usable, target.roughness, target.grid.width,
-        target.grid.height, target.grid.intrinsics, _depth_noise(sensor, SURFACE_NOISE),
+        target.grid.height, target.grid.intrinsics, depth.noise(sensor, SURFACE_NOISE),
         robustness(width, MEDIAN_1), reach, smallest_cosine, _SHARE_OBSERVED, _RIDGE,
         values, jacobian, weights, points, directions, blocks, sums)
     jacobian, noise = jacobian[:found], sums[1]

@@ -184,8 +184,8 @@ def reliefs_of(grey: np.ndarray, depth_image: np.ndarray, pixels: np.ndarray, de
     of_all, reliefs, slopes = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 2))
     ridge = _RIDGE * side ** 2 * (side ** 2 - 1) / 12  # of the squared offsets of all pixels
     kernels.window_reliefs(
-        grey, depth_image, pixels, depths, side, _STEP * sensor.depth_sigma,
-        sensor.inverse_depth_exponent, depth.LEAST_RISE, ridge, of_all, reliefs, slopes)
+        grey, depth_image, pixels, depths, side, depth.noise(sensor, _STEP), depth.LEAST_RISE,
+        ridge, of_all, reliefs, slopes)
     return of_all, reliefs, slopes
 
 
