@@ -114,8 +114,11 @@ def _track_twice(before: Pyramid, now: Pyramid, pixels: np.ndarray, expected: np
                          inverted(warps), range(levels), _LAST_STEP)
     start, levels = (seen, levels) if expected is None else (pixels, 1)
     returned, found_again = _track(now, before, seen, start, warps, range(levels), _COARSE_STEP)
-    u, v = np.abs(returned - pixels).T
-    return seen, found & found_again & (np.maximum(u, v) < _MAX_RETURN_ERROR)
+    both = np.flatnonzero(found & found_again)  # the others may be nowhere
+    u, v = np.abs(returned.take(both, axis=0) - pixels.take(both, axis=0)).T
+    is_back = np.zeros(len(pixels), bool)
+    is_back[both] = np.maximum(u, v) < _MAX_RETURN_ERROR
+    return seen, is_back
 
 
 def inverted(warps: np.ndarray | None) -> np.ndarray | None:

@@ -267,6 +267,7 @@ def test_an_image_without_texture_shows_no_pixel():
     assert track(edge, edge, start, 9, 0)[1].all()
 
 
+@pytest.mark.filterwarnings('error')
 @pytest.mark.parametrize('place', [(np.nan, 50), (50, np.inf), (-np.inf, 50), (1e30, 50),
                                    (-80, 50), (50, HEIGHT + 80)])
 def test_what_is_nowhere_in_an_image_is_not_found(texture, place):
