@@ -87,9 +87,15 @@ def _read_by_a_program(path: Path) -> Iterator[None]:
 
 def unwritable(path: Path | str, error: Exception) -> InputError:
     """Return the error of a file that cannot be written, with what to do."""
-    is_full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
-    remedy = 'make room there' if is_full else 'choose another place'
-    return InputError(f'cannot write {path}: {reason_of(error)}; {remedy}')
+    return InputError(f'cannot write {path}: {reason_of(error)}; {_remedy(error)}')
+
+
+def _remedy(error: Exception) -> str:
+    number = error.errno if isinstance(error, OSError) else None
+    if number in (errno.ENOSPC, errno.EDQUOT):
+        return 'make room there'
+    is_of_name = number == errno.ENAMETOOLONG or isinstance(error, ValueError)  # a NUL in it
+    return f"choose another {'name' if is_of_name else 'place'}"
 
 
 def reason_of(error: Exception) -> str:

@@ -112,7 +112,13 @@ def test_the_reason_is_without_the_name(error, reason):
 @pytest.mark.parametrize('number, reason, remedy', [
     (errno.ENOSPC, 'No space left on device', 'make room there'),
     (errno.EDQUOT, 'Disk quota exceeded', 'make room there'),
-    (errno.EROFS, 'Read-only file system', 'choose another place')])
+    (errno.EROFS, 'Read-only file system', 'choose another place'),
+    (errno.ENAMETOOLONG, 'File name too long', 'choose another name')])
 def test_what_to_do_depends_on_why_a_file_cannot_be_written(number, reason, remedy):
     error = OSError(number, reason, 'name')
     assert str(unwritable('a.png', error)) == f'cannot write a.png: {reason}; {remedy}'
+
+
+def test_a_name_that_is_none_has_to_be_another_one():
+    assert str(unwritable('a', ValueError('embedded null byte'))) == (
+        'cannot write a: embedded null byte; choose another name')

@@ -70,7 +70,7 @@ def test_standard_output_is_no_file_of_that_name(tmp_path, monkeypatch):
                   'the results'),
     ('recording/rgb.txt', 'cannot write recording/rgb.txt: it is a file of the input recording; '
                           'name another file for the results'),
-    (300 * 'n', f"cannot write '{300 * 'n'}': File name too long; choose another place")])
+    (300 * 'n', f"cannot write '{300 * 'n'}': File name too long; choose another name")])
 def test_a_sentence_says_what_is_wrong_and_what_to_do(folder, monkeypatch, target, sentence):
     monkeypatch.chdir(folder)
     with pytest.raises(InputError) as raised:
