@@ -84,11 +84,6 @@ class Path:
         """The last pose, corrected by keyframes found again."""
         return self._pose if self._memory is None else self._memory.published(self._pose)
 
-    @property
-    def _T_odom_reckoned(self) -> np.ndarray:
-        """The correction of the dead reckoning, 4x4."""
-        return np.eye(4) if self._memory is None else self._memory.T_odom_reckoned
-
     def local_map(self) -> np.ndarray:
         """Return the keypoints of the keyframes in memory, in the last camera's frame, Nx3 [m]."""
         if self._memory is None:
@@ -97,7 +92,8 @@ class Path:
 
     def views_beside(self, T_newest_target: np.ndarray, most: int) -> list[KnownView]:
         """Return keyframes in memory, as :meth:`KeyframeMemory.views_beside` does."""
-        return [] if self._memory is None else self._memory.views_beside(T_newest_target, most)
+        assert self._memory is not None  # by the first frame
+        return self._memory.views_beside(T_newest_target, most)
 
     def mount(self, T_base_camera: np.ndarray | None) -> None:
         """
@@ -147,8 +143,8 @@ class Path:
         :param reference: ``T_reckoned_reference``, of what the frame was registered to.
         :param seen: ``T_reference_camera``.
         """
+        assert self._memory is not None  # by the first frame
         self.move_to(reference @ seen)
-        if self._memory is not None:
-            self._memory.track(keyframe, self._pose.matrix, detour, interval, effort)
-        self.gravity.update(stamp, reference, reference.matrix @ seen, self._T_odom_reckoned,
-                            self._corrected)
+        self._memory.track(keyframe, self._pose.matrix, detour, interval, effort)
+        self.gravity.update(stamp, reference, reference.matrix @ seen,
+                            self._memory.T_odom_reckoned, self._corrected)

@@ -34,7 +34,6 @@ def test_it_begins_at_the_pose_given_without_keyframes(start):
     np.testing.assert_array_equal(path.published.matrix, np.eye(4) if start is None else start)
     assert not path.published.covariance.any()
     assert path.local_map().shape == (0, 3)
-    assert path.views_beside(np.eye(4), 3) == []
 
 
 def test_a_pose_that_is_not_rigid_changes_nothing():
