@@ -5,15 +5,42 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
 
 
+@dataclass(frozen=True, eq=False)
+class Fusion:
+    """
+    A pose with a measurement of some directions of it.
+
+    :param pose: that results.
+    :param error: K, the measurement less the pose before, along these directions.
+    :param update: of the pose by the measurement.
+    """
+
+    pose: PoseWithCovariance
+    error: np.ndarray
+    update: KalmanUpdate
+
+    @property
+    def squared_distance(self) -> float:
+        """Squared error by its covariance; noise gives K in the mean."""
+        return self.update.squared_distance(self.error)
+
+    @property
+    def is_of_noise(self) -> bool:
+        """Whether the two differ by no more than noise, which exceeds it once in a thousand."""
+        return self.squared_distance <= LARGEST_SQUARED_DISTANCES[len(self.error)]
+
+
 def with_measurement(pose: PoseWithCovariance, measured: np.ndarray, rows: np.ndarray,
-                     noise: np.ndarray) -> PoseWithCovariance:
+                     noise: np.ndarray) -> Fusion:
     """
     Return a pose with a measurement of some directions of it.
 
@@ -24,10 +51,10 @@ def with_measurement(pose: PoseWithCovariance, measured: np.ndarray, rows: np.nd
     """
     update = KalmanUpdate.of(pose.covariance, rows, noise)
     error = rows @ se3.difference(measured, pose.matrix)
-    return PoseWithCovariance(
-        se3.perturbed(pose.matrix, update.gain @ error), update.covariance)
+    moved = se3.perturbed(pose.matrix, update.gain @ error)
+    return Fusion(PoseWithCovariance(moved, update.covariance), error, update)
 
 
 def fused(pose: PoseWithCovariance, other: PoseWithCovariance) -> PoseWithCovariance:
     """Return the pose that two independent estimates of it give together."""
-    return with_measurement(pose, other.matrix, np.eye(6), other.covariance)
+    return with_measurement(pose, other.matrix, np.eye(6), other.covariance).pose

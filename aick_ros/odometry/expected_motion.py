@@ -80,7 +80,7 @@ class ExpectedMotion:
         motion = (self._motion_model.predict(twist, seconds(start, end)) if by_other is None
                   else self._other.with_slip(by_other))
         term = self._gyroscope.term(start, end)
-        return motion if term is None else term.added_to(motion)
+        return motion if term is None else term.added_to(motion).pose
 
     def twist_at(self, stamp: int, twist: np.ndarray) -> np.ndarray:
         """Return a body velocity with the turn rate at a stamp [ns], where that is measured."""
@@ -92,9 +92,10 @@ class ExpectedMotion:
         if not seen.status.ok or seen.is_by_depth:
             return seen  # the latter was registered with the expected motion as a term
         for term in self._terms(start, end, is_summed=True):
-            if not term.agrees_with(seen.pose):
+            fusion = term.added_to(seen.pose)
+            if not fusion.is_of_noise:
                 continue
-            fused, kept = term.added_to(seen.pose), term.kept(seen.pose)
+            fused, kept = fusion.pose, fusion.update.kept
             seen = replaced(
                 seen, T_target_source=fused.matrix, covariance=fused.covariance,
                 systematic=kept @ seen.systematic @ kept.T, unusual=kept @ seen.unusual @ kept.T,
@@ -129,8 +130,9 @@ class ExpectedMotion:
     def _with_terms(self, motion: PoseWithCovariance, start: int, end: int) -> PoseWithCovariance:
         """Return a motion between two stamps [ns] with the terms that agree with it."""
         for term in self._terms(start, end):
-            if term.agrees_with(motion):
-                motion = term.added_to(motion)
+            fusion = term.added_to(motion)
+            if fusion.is_of_noise:
+                motion = fusion.pose
         return motion
 
     def _terms(self, start: int, end: int, is_summed: bool = False) -> Iterator[MotionTerm]:

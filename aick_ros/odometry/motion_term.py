@@ -15,10 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.pose_fusion import with_measurement
+from aick_ros.geometry.pose_fusion import Fusion, with_measurement
 
 ROTATION = np.hstack([np.zeros((3, 3)), np.eye(3)])
 """Rows of a term that measures the rotation alone."""
@@ -39,26 +37,6 @@ class MotionTerm:
     rows: np.ndarray
     covariance: np.ndarray
 
-    def error(self, pose: np.ndarray) -> np.ndarray:
-        """Return the measured motion less a pose, 4x4, along the rows, K."""
-        error: np.ndarray = self.rows @ se3.difference(self.T_target_source, pose)
-        return error
-
-    def added_to(self, pose: PoseWithCovariance) -> PoseWithCovariance:
-        """Return the pose with this term; one without covariance stays as it is."""
+    def added_to(self, pose: PoseWithCovariance) -> Fusion:
+        """Return a pose with this term; one without covariance stays as it is."""
         return with_measurement(pose, self.T_target_source, self.rows, self.covariance)
-
-    def kept(self, pose: PoseWithCovariance) -> np.ndarray:
-        """Return the share of the error of a pose that is left with this term, 6x6."""
-        return self._update(pose).kept
-
-    def squared_distance(self, pose: PoseWithCovariance) -> float:
-        """Return the squared error of a pose by its covariance; noise gives K in the mean."""
-        return self._update(pose).squared_distance(self.error(pose.matrix))
-
-    def agrees_with(self, pose: PoseWithCovariance) -> bool:
-        """Return whether a pose differs by no more than noise, which does once in a thousand."""
-        return self.squared_distance(pose) <= LARGEST_SQUARED_DISTANCES[len(self.rows)]
-
-    def _update(self, pose: PoseWithCovariance) -> KalmanUpdate:
-        return KalmanUpdate.of(pose.covariance, self.rows, self.covariance)

@@ -66,7 +66,7 @@ class Plane:
         """Return a pose ``T_reckoned_camera`` with the term."""
         if not self._is_used or self._T_reckoned_base is None:
             return pose
-        return self._term(pose.matrix, self._T_reckoned_base).added_to(pose)
+        return self._term(pose.matrix, self._T_reckoned_base).added_to(pose).pose
 
     @property
     def _T_camera_base(self) -> np.ndarray:

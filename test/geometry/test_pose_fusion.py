@@ -30,7 +30,7 @@ def test_a_direction_that_is_measured_exactly_is_known_and_the_rest_follows_by_i
     root = 1e-3 * np.random.default_rng(3).normal(size=(6, 6))
     pose = PoseWithCovariance(se3.exp([0.1, -0.2, 0.05, 0.2, 0.1, -0.3]), root @ root.T)
     seen = se3.perturbed(pose.matrix, np.array([9.0, 9.0, 1e-3, 0, 0, 0]))
-    joined = with_measurement(pose, seen, np.eye(6)[2:3], np.zeros((1, 1)))
+    joined = with_measurement(pose, seen, np.eye(6)[2:3], np.zeros((1, 1))).pose
     by_z = pose.covariance[:, 2] / pose.covariance[2, 2]
     np.testing.assert_allclose(se3.difference(joined.matrix, pose.matrix), 1e-3 * by_z, atol=1e-9)
     np.testing.assert_allclose(

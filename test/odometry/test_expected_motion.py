@@ -129,10 +129,10 @@ def test_at_the_limit_a_sensor_is_used_and_beside_it_not(monkeypatch):
             (prior, lambda: model.between(0, STEP, TWIST)),
             (seen.pose, lambda: model.fused(seen, 0, STEP).pose),
             (seen.pose, lambda: model.fused_increment(increment, 0, STEP).pose)):
-        limit = term.squared_distance(pose)
+        limit = term.added_to(pose).squared_distance
         for largest, is_used in ((limit, True), (np.nextafter(limit, 0.0), False)):
             monkeypatch.setattr(
-                'aick_ros.odometry.motion_term.LARGEST_SQUARED_DISTANCES', {3: largest})
+                'aick_ros.geometry.pose_fusion.LARGEST_SQUARED_DISTANCES', {3: largest})
             assert (fused().covariance[3, 3] < pose.covariance[3, 3]) == is_used
 
 
@@ -161,7 +161,7 @@ def test_without_images_wheels_move_and_the_gyroscope_turns(sigmas):
     motion = expected(Turns(turned), MOTION).without_images(0, STEP, TWIST)
     by_wheels = OtherOdometry(SETTINGS).with_slip(MOTION)
     term = MotionTerm(turned, ROTATION, TURN_NOISE)
-    assert_same(motion, term.added_to(by_wheels))
+    assert_same(motion, term.added_to(by_wheels).pose)
 
 
 def test_a_turn_rate_that_is_measured_replaces_that_of_the_images():
@@ -179,8 +179,8 @@ def test_a_registration_is_fused_with_both_sensors_and_their_noise_adds_up():
     assert turns.asked == [(0, STEP, True)]
     wheels = OtherOdometry(SETTINGS)
     wheels.begin(lambda before, now: MOTION)
-    pose = MotionTerm(MOTION, ROTATION, TURN_NOISE).added_to(seen_as().pose)
-    assert_same(fused.pose, wheels.term(0, STEP, is_summed=True).added_to(pose))
+    pose = MotionTerm(MOTION, ROTATION, TURN_NOISE).added_to(seen_as().pose).pose
+    assert_same(fused.pose, wheels.term(0, STEP, is_summed=True).added_to(pose).pose)
 
 
 @pytest.mark.parametrize('part', ['systematic', 'unusual', 'timing'])
@@ -217,7 +217,7 @@ def test_an_increment_is_fused_and_keeps_its_interval():
     seen = Increment(PoseWithCovariance(with_error(0.5), 1e-4 * np.eye(6)), 0.05)
     fused = expected(turns).fused_increment(seen, 0, STEP)
     assert fused.interval == 0.05 and turns.asked == [(0, STEP, False)]
-    assert_same(fused.pose, MotionTerm(MOTION, ROTATION, TURN_NOISE).added_to(seen.pose))
+    assert_same(fused.pose, MotionTerm(MOTION, ROTATION, TURN_NOISE).added_to(seen.pose).pose)
     far = se3.perturbed(MOTION, np.array([0, 0, 0, 0.3, 0, 0]))
     assert expected(Turns(far)).fused_increment(seen, 0, STEP) is seen
 

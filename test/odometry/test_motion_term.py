@@ -48,7 +48,7 @@ def minimum(term):
 @pytest.mark.parametrize('term', TERMS)
 def test_the_pose_is_the_minimum_with_its_curvature(term):
     x, covariance = minimum(term)
-    fused = term.added_to(SEEN)
+    fused = term.added_to(SEEN).pose
     sigmas = np.sqrt(np.diag(covariance))
     assert (np.abs(se3.difference(fused.matrix, measured(x))) < 0.05 * sigmas).all()
     assert np.allclose(fused.covariance / np.outer(sigmas, sigmas),
@@ -57,10 +57,11 @@ def test_the_pose_is_the_minimum_with_its_curvature(term):
 
 @pytest.mark.parametrize('term', TERMS)
 def test_what_is_kept_and_what_is_new_make_the_covariance(term):
-    kept = term.kept(SEEN)
+    fusion = term.added_to(SEEN)
+    kept = fusion.update.kept
     gain = (np.eye(6) - kept) @ np.linalg.pinv(term.rows)
     assert np.allclose(kept @ SEEN.covariance @ kept.T + gain @ term.covariance @ gain.T,
-                       term.added_to(SEEN).covariance)
+                       fusion.pose.covariance)
 
 
 def test_the_squared_distance_of_noise_is_the_number_of_rows_in_the_mean():
@@ -68,7 +69,7 @@ def test_the_squared_distance_of_noise_is_the_number_of_rows_in_the_mean():
     for _ in range(400):
         error = rng.multivariate_normal(np.zeros(3), SEEN.covariance[3:, 3:] + 1e-6 * np.eye(3))
         squares.append(MotionTerm(measured([1, 2, 3, *error]), ROTATION,
-                                  1e-6 * np.eye(3)).squared_distance(SEEN))
+                                  1e-6 * np.eye(3)).added_to(SEEN).squared_distance)
     assert 2.61 < np.mean(squares) < 3.42  # chi-squared of 1200, by 400: once in a thousand
 
 
@@ -82,4 +83,4 @@ def test_noise_agrees_999_times_of_1000_however_many_rows_are_measured(rows):
     for factor, agrees in ((0.99, True), (1.01, False)):
         deviation = rows.T @ (factor * np.sqrt(limit) * step)
         moved = dataclasses.replace(term, T_target_source=se3.perturbed(SEEN.matrix, deviation))
-        assert moved.agrees_with(SEEN) == agrees
+        assert moved.added_to(SEEN).is_of_noise == agrees

@@ -56,7 +56,7 @@ def follow(change=lambda samples: samples, rate=noisy, settings=ImuSettings()):
 def turned(gyroscope, start=1000, end=2000):
     """Return the error of the rotation between two times [ms], in its standard deviations."""
     term = gyroscope.term(start * MS, end * MS)
-    error = term.error(seen(start, end).matrix)
+    error = term.added_to(seen(start, end)).error
     return error, float(np.sqrt(error @ np.linalg.solve(term.covariance, error)))
 
 
