@@ -26,7 +26,7 @@ class Extrinsic:
     """
     Pose of a camera on the base at one stamp.
 
-    :param T_base_camera: 4x4.
+    :param T_base_camera: 4x4; where it is that of others too, nobody can change it.
     :param mount: whether the camera moves on the base, by the links that give the pose.
     """
 
@@ -126,4 +126,5 @@ def _pose(name: str, numbers: Sequence[float]) -> np.ndarray | None:
     if np.linalg.norm(pose[:3, 3]) > MAX_EXTRINSIC:
         raise InputError(f'{name} = {list(numbers)} is more than {MAX_EXTRINSIC:g} m away: its '
                          'unit is metres')
+    pose.flags.writeable = False
     return pose

@@ -79,6 +79,7 @@ class Transforms:
             if found is None and wait > 0.0:
                 self._waited_in_vain = True
             if found is not None and found.is_static:
+                found.T_target_source.flags.writeable = False  # others get the same
                 self._known[target, source] = found
                 self._moving.discard((target, source))
             elif len(self._moving) < _MOST_MOVING:

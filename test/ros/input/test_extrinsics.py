@@ -104,6 +104,18 @@ def test_a_camera_is_fixed_by_a_parameter_or_by_fixed_links(asked, tell_tf):
     assert by_parameter.camera_in_base('head', 5).mount is Mount.FIXED
 
 
+def test_nobody_can_change_the_pose_that_others_get_too(asked, tell_tf):
+    tell_tf({('base_link', 'camera'): at(0.5), ('camera', 'ir'): at(0.7)})
+    known = NodeSettings(camera_in_base=(1, 2, 3, 0, 0, 0, 1),
+                         depth_in_colour=(4, 5, 6, 0, 0, 0, 1))
+    for extrinsics in (Extrinsics(asked, NodeSettings()), Extrinsics(asked, known)):
+        for _ in range(2):  # the second time it is known
+            for pose in (extrinsics.camera_in_base('camera', 0).T_base_camera,
+                         extrinsics.depth_in_colour('camera', 'ir', 0)):
+                with pytest.raises(ValueError, match='read-only'):
+                    pose[0, 3] = 9.0
+
+
 def test_an_unknown_transform_is_explained_in_a_sentence(asked):
     extrinsics = Extrinsics(asked, NodeSettings(frame_id='body'))
     with pytest.raises(InputError) as caught:
