@@ -216,9 +216,8 @@ class Pipeline:
                              throttle_duration_sec=_THROTTLE)
 
     def _register(self, arrival: Arrival, preparation: Preparation) -> None:
-        frame, camera_frame = preparation.frame, arrival.camera_frame
-        answer = self._odometry.register(preparation, camera_frame)
-        self._outputs.publish(frame, answer, camera_frame)
+        answer = self._odometry.register(preparation, arrival.camera_frame)
+        self._outputs.publish(answer)
         update = answer.camera
         self._diagnostics.answered(
             update, 1e3 * (time.monotonic() - arrival.paired_at),
@@ -227,7 +226,7 @@ class Pipeline:
             self._logger.warning(
                 f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
                 throttle_duration_sec=_THROTTLE)
-        self._outputs.show(frame, answer, camera_frame)
+        self._outputs.show(answer)
 
     # Between two frames, and once a second.
 

@@ -30,12 +30,16 @@ class RobotUpdate:
     """
     Motion of the camera and of the base at one frame.
 
+    :param frame: with its images as the camera sent them.
+    :param camera_frame: frame of the images.
     :param camera: update of the camera.
     :param base: update of the base; None where the stamp is not a newer one.
     :param T_odom_base: pose of the base, 4x4; without an update the last one.
     :param T_base_camera: extrinsic, 4x4.
     """
 
+    frame: RgbdFrame
+    camera_frame: str
     camera: OdometryUpdate
     base: BaseUpdate | None
     T_odom_base: np.ndarray
@@ -90,7 +94,8 @@ class RobotOdometry:
             self._start.cancel()
         self._camera_report.update(self._camera.misalignment, self._camera.distortion)
         base = self._base.update(update, extrinsic.T_base_camera, extrinsic.mount)
-        return RobotUpdate(update, base, self._base.pose.matrix, extrinsic.T_base_camera)
+        return RobotUpdate(preparation.frame, camera_frame, update, base,
+                           self._base.pose.matrix, extrinsic.T_base_camera)
 
     def reset(self, pose: PoseWithCovariance | None) -> None:
         """Begin anew at ``T_odom_base``; None: at the origin or at the guess."""

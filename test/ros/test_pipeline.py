@@ -130,7 +130,8 @@ class Rig:
             stamp=arrival.pair.colour_stamp))
         monkeypatch.setattr(self.outputs._views, 'show',
                             lambda *arguments: self.shown.append(arguments))
-        monkeypatch.setattr(self.outputs._rtabmap, 'show', self.shown.append)
+        monkeypatch.setattr(self.outputs._rtabmap, 'show',
+                            lambda update, base: self.shown.append(update))
         graph.listen(OdometryMessage, self.node.resolve_topic_name('odom'))
         self.reports = graph.listen(DiagnosticArray, '/diagnostics')
 
@@ -417,7 +418,7 @@ def test_the_base_moves_as_the_camera_does_where_it_sits(make):
     Views.show(made.outputs._views, *made.shown[-1])
     assert made.graph.sent(made.node, 'path')[-1].header.frame_id == 'start'
     registered, (frame, update, T_odom_base, T_shown, camera_frame) = made.shown[-2:]
-    assert frame.stamp == update.stamp == registered.update.stamp == STAMP + 100 * MS
+    assert frame.stamp == update.stamp == registered.camera.stamp == STAMP + 100 * MS
     assert camera_frame == registered.camera_frame == 'optical'
     np.testing.assert_allclose(T_odom_base, expected, atol=1e-9)
     np.testing.assert_allclose(registered.base.pose.matrix, expected, atol=1e-9)

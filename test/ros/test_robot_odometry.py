@@ -64,6 +64,7 @@ def test_a_frame_moves_the_base_by_the_motion_of_the_camera():
     np.testing.assert_allclose(found.base.pose.matrix, expected, atol=1e-12)
     np.testing.assert_array_equal(found.camera.pose.matrix, STEP)
     np.testing.assert_array_equal(found.T_base_camera, T_BASE_CAMERA)
+    assert (found.frame.stamp, found.camera_frame) == (2, 'optical')
     assert robot.camera.added == [1, 2]
 
 

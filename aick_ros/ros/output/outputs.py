@@ -10,10 +10,9 @@ from collections.abc import Callable
 import numpy as np
 from rclpy.node import Node
 
-from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.ros.input.guess import Guess
 from aick_ros.ros.output.publisher import OdometryPublisher
-from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
+from aick_ros.ros.output.rtabmap import RtabmapTopics
 from aick_ros.ros.output.views import Views
 from aick_ros.ros.robot_odometry import RobotUpdate
 from aick_ros.settings import NodeSettings
@@ -33,25 +32,16 @@ class Outputs:
         self._views = Views(node, settings.odom_frame_id)
         self._rtabmap = RtabmapTopics(node, settings.odom_frame_id, local_map)
 
-    def publish(self, frame: RgbdFrame, update: RobotUpdate, camera_frame: str) -> None:
-        """
-        Publish what other nodes wait for.
-
-        :param camera_frame: frame of the images.
-        """
+    def publish(self, update: RobotUpdate) -> None:
+        """Publish what other nodes wait for."""
         if update.base is not None:
             self._publisher.publish(update.base)
-            self._rtabmap.show(Registered(
-                frame, update.camera, update.base, update.T_base_camera, camera_frame))
+            self._rtabmap.show(update, update.base)
 
-    def show(self, frame: RgbdFrame, update: RobotUpdate, camera_frame: str) -> None:
-        """
-        Publish what is for display.
-
-        :param camera_frame: frame of the images.
-        """
-        self._views.show(frame, update.camera, update.T_odom_base, update.T_base_camera,
-                         camera_frame)
+    def show(self, update: RobotUpdate) -> None:
+        """Publish what is for display."""
+        self._views.show(update.frame, update.camera, update.T_odom_base, update.T_base_camera,
+                         update.camera_frame)
 
     def place_anew(self) -> None:
         """Forget TF of the guess: the base has been placed anew in ``odom_frame_id``."""

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from geometry_msgs.msg import Quaternion, Transform
@@ -14,7 +13,6 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 
 from aick_ros.frames.rectification import rectified_pixels
-from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -23,29 +21,12 @@ from aick_ros.odometry.base_odometry import BaseState, BaseUpdate
 from aick_ros.ros import conversions
 from aick_ros.ros.output.rgbd_image import rgbd_image
 from aick_ros.ros.output.views import point_cloud
+from aick_ros.ros.robot_odometry import RobotUpdate
 from aick_ros.ros.rtabmap_messages import OdomInfo, Point2f, RGBDImage
 
 _QUEUE = 10
 _FRAME_TO_FRAME = 1  # by definition, OdomInfo.type of corners that are matched to a reference
 _INFO_TOPICS = ('odom_info', 'odom_info_lite')
-
-
-@dataclass(frozen=True)
-class Registered:
-    """
-    A frame that was registered.
-
-    :param frame: with its images as the camera sent them.
-    :param base: what is published of it.
-    :param T_base_camera: extrinsic, 4x4.
-    :param camera_frame: frame of the images.
-    """
-
-    frame: RgbdFrame
-    update: OdometryUpdate
-    base: BaseUpdate
-    T_base_camera: np.ndarray
-    camera_frame: str
 
 
 class RtabmapTopics:
@@ -72,37 +53,37 @@ class RtabmapTopics:
         """Restart the distance travelled."""
         self._distance = 0.0
 
-    def show(self, frame: Registered) -> None:
-        """Publish what has a subscriber."""
-        motion = frame.base.motion
+    def show(self, update: RobotUpdate, base: BaseUpdate) -> None:
+        """Publish what has a subscriber, with what is published of the base."""
+        motion = base.motion
         T_before_now = None if motion is None else motion.T_before_now
-        if T_before_now is not None and frame.base.state is BaseState.TRACKED:
+        if T_before_now is not None and base.state is BaseState.TRACKED:
             self._distance += float(np.linalg.norm(T_before_now[:3, 3]))
         for publisher, is_full in zip(self._infos, (True, False)):
             if publisher.get_subscription_count():
-                publisher.publish(self._info(frame, T_before_now, is_full))
+                publisher.publish(self._info(update.camera, base, T_before_now, is_full))
         for publisher in self._rgbd_images:
             if publisher.get_subscription_count():
-                publisher.publish(rgbd_image(frame.frame, frame.camera_frame))
-        if frame.update.status.ok:
-            self._show_points('odom_last_frame', frame,
-                              lambda: frame.update.keypoints.positions)
-            self._show_points('odom_local_map', frame, self._local_map)
+                publisher.publish(rgbd_image(update.frame, update.camera_frame))
+        if update.camera.status.ok:
+            self._show_points('odom_last_frame', update,
+                              lambda: update.camera.keypoints.positions)
+            self._show_points('odom_local_map', update, self._local_map)
 
-    def _show_points(self, topic: str, frame: Registered,
+    def _show_points(self, topic: str, update: RobotUpdate,
                      points: Callable[[], np.ndarray]) -> None:
         """Publish points in the camera's frame, Nx3 [m]."""
         if self._clouds[topic].get_subscription_count():
             self._clouds[topic].publish(point_cloud(
-                conversions.header(frame.update.stamp, self._odom_frame), se3.transform(
-                    frame.base.pose.matrix @ frame.T_base_camera, points())))
+                conversions.header(update.camera.stamp, self._odom_frame), se3.transform(
+                    update.T_odom_base @ update.T_base_camera, points())))
 
-    def _info(self, frame: Registered, T_before_now: np.ndarray | None,
+    def _info(self, update: OdometryUpdate, base: BaseUpdate, T_before_now: np.ndarray | None,
               is_full: bool) -> OdomInfo:
-        update, motion = frame.update, frame.base.motion
+        motion = base.motion
         info = OdomInfo(
             header=conversions.header(update.stamp, self._odom_frame),
-            lost=frame.base.state in (BaseState.LOST, BaseState.PREDICTED),
+            lost=base.state in (BaseState.LOST, BaseState.PREDICTED),
             matches=len(update.matches), inliers=int(update.support),
             features=len(update.keypoints.pixels), type=_FRAME_TO_FRAME,
             time_estimation=update.timing.get('total', 0.0) / 1e3,

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from aick_ros.ros.output.outputs import Outputs
-from aick_ros.ros.output.rtabmap import Registered
 from aick_ros.ros.robot_odometry import RobotUpdate
 from aick_ros.settings import NodeSettings
 
@@ -31,20 +30,19 @@ def outputs(graph, monkeypatch):
 
 def test_a_frame_is_published_before_it_is_shown(outputs):
     made, done = outputs
-    update = RobotUpdate('camera', 'base', T_ODOM_BASE, T_BASE_CAMERA)
-    made.publish('frame', update, 'optical')
-    assert done == [('publisher', 'publish', 'base'), ('rtabmap', 'show', Registered(
-        'frame', 'camera', 'base', T_BASE_CAMERA, 'optical'))]
-    made.show('frame', update, 'optical')
+    update = RobotUpdate('frame', 'optical', 'camera', 'base', T_ODOM_BASE, T_BASE_CAMERA)
+    made.publish(update)
+    assert done == [('publisher', 'publish', 'base'), ('rtabmap', 'show', update, 'base')]
+    made.show(update)
     assert done[2:] == [('views', 'show', 'frame', 'camera', T_ODOM_BASE, T_BASE_CAMERA,
                          'optical')]
 
 
 def test_a_frame_without_an_update_of_the_base_is_only_shown(outputs):
     made, done = outputs
-    update = RobotUpdate('camera', None, T_ODOM_BASE, T_BASE_CAMERA)
-    made.publish('frame', update, 'optical')
-    made.show('frame', update, 'optical')
+    update = RobotUpdate('frame', 'optical', 'camera', None, T_ODOM_BASE, T_BASE_CAMERA)
+    made.publish(update)
+    made.show(update)
     assert [name for name, *_ in done] == ['views']
 
 

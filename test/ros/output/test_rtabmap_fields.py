@@ -19,8 +19,9 @@ from aick_ros.odometry.base_odometry import BaseMotion, BaseState, BaseUpdate
 from aick_ros.registration.status import Status
 from aick_ros.ros.conversions import from_transform, to_stamp
 from aick_ros.ros.output import rgbd_image, rtabmap
-from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
+from aick_ros.ros.output.rtabmap import RtabmapTopics
 from aick_ros.ros.output.views import positions_of
+from aick_ros.ros.robot_odometry import RobotUpdate
 
 CAMERA = Camera(8, 6, 10.0, 11.0, 3.5, 2.5)
 STAMP = 5_250_000_000
@@ -40,8 +41,11 @@ class Topics:
         self._graph, self.node = graph, graph.node()
         self._kinds = {**CLOUDS, **{topic: types[name] for topic, name in KINDS.items()}}
         self._topics = RtabmapTopics(self.node, 'odom', lambda: np.ones((2, 3)))
-        self.show, self.reset = self._topics.show, self._topics.reset
+        self.reset = self._topics.reset
         self._received = {}
+
+    def show(self, update):
+        self._topics.show(update, update.base)
 
     def listen(self, *topics):
         for topic in topics or self._kinds:
@@ -99,7 +103,8 @@ def registered(state=BaseState.TRACKED, forward=0.1, seconds=0.2, frame=FRAME, p
     motion = BaseMotion(np.array([forward / seconds, 0, 0, 0, 0, 0]), COVARIANCE, seconds)
     base = BaseUpdate(STAMP, state, PoseWithCovariance(T_ODOM_BASE),
                       motion if is_tracked else None)
-    return Registered(frame, update, base, se3.exp([0, 0, 1, 0, 0, 0]), 'optical')
+    return RobotUpdate(frame, 'optical', update, base, T_ODOM_BASE,
+                       se3.exp([0, 0, 1, 0, 0, 0]))
 
 
 def test_times_are_seconds_and_counts_those_of_the_frame(topics):
