@@ -5,7 +5,7 @@
 
 import threading
 from array import array
-from functools import cache, partial
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -24,21 +24,19 @@ from std_srvs.srv import Empty
 
 from aick_ros.borders import no_memory
 from aick_ros.errors import InputError
-from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
+from aick_ros.frames.depth_distortion import NO_DISTORTION
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry import Odometry, OdometryUpdate
-from aick_ros.odometry.base_odometry import Mount
 from aick_ros.registration.status import Status
 from aick_ros.ros.conversions import (
     from_pose, header, pose_with_covariance, to_stamp, transform_stamped)
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import values_of
 from aick_ros.ros.input import rgbd_images
-from aick_ros.ros.input.extrinsics import Extrinsic
 from aick_ros.ros.input.guess import StartByGuess
 from aick_ros.ros.load_shedding import Step
 from aick_ros.ros.output.rtabmap import RtabmapTopics
@@ -207,21 +205,6 @@ def test_the_age_of_an_answer_is_that_of_its_image(make):
     assert made.snapshot.delays[0] < 10_000.0
 
 
-def test_the_odometry_knows_where_the_camera_sits(make):
-    made = make()
-    made.see(STAMP)
-    assert np.array_equal(made.camera.T_base_camera, np.eye(4))
-
-
-@pytest.mark.parametrize('level, severity', [
-    ('debug', LoggingSeverity.DEBUG), ('info', LoggingSeverity.INFO),
-    ('warning', LoggingSeverity.WARN), ('error', LoggingSeverity.ERROR)])
-def test_each_service_of_the_log_sets_its_level(make, level, severity):
-    made = make()
-    made.call(f'log_{level}')
-    assert made.node.get_logger().get_effective_level() == severity
-
-
 def test_a_reset_forgets_the_way_on_every_topic(make, monkeypatch):
     made, forgotten = make(), []
     for part in (made.outputs._views, made.outputs._rtabmap, made.robot._start):
@@ -258,24 +241,6 @@ def test_what_is_prepared_ahead_is_not_answered_after_a_request(make):
     made.call_now('pause_odom')
     made.pipeline._answer(prepared)
     assert made.odom == [] and made.snapshot.totals[Count.SKIPPED_WHILE_PAUSED] == 1
-
-
-def test_after_a_reset_to_a_pose_the_guess_is_not_waited_for(make):
-    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
-    made.see(STAMP)
-    assert made.poses == []  # the guess is not known yet
-    T_odom_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
-    made.pipeline._requests._reset(PoseWithCovariance(T_odom_base))
-    made.see(STAMP + 33 * MS)
-    np.testing.assert_allclose(made.poses[-1], T_odom_base, atol=1e-9)
-
-
-def test_a_pose_that_was_set_is_where_it_goes_on_and_no_guess_is_waited_for(make):
-    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
-    T_odom_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
-    made.pipeline._requests._set_pose(PoseWithCovariance(T_odom_base), False)
-    made.see(STAMP)
-    np.testing.assert_allclose(made.poses[-1], T_odom_base, atol=1e-9)
 
 
 def test_what_is_skipped_damaged_or_failed_is_counted_as_such(make, monkeypatch):
@@ -426,29 +391,6 @@ def test_the_base_moves_as_the_camera_does_where_it_sits(make):
         np.testing.assert_allclose(shown, T_base_camera, atol=1e-12)
 
 
-def test_extrinsic_and_imu_are_those_of_the_stamp_of_the_frame(make, monkeypatch):
-    made, asked = make(), []
-
-    def known(result, *arguments):
-        asked.append(arguments)
-        return result
-    pipeline = made.pipeline
-    monkeypatch.setattr(pipeline._imu, 'samples', partial(known, 'samples'))
-    monkeypatch.setattr(made.robot._extrinsics, 'camera_in_base',
-                        partial(known, Extrinsic(np.eye(4), Mount.MOVING)))
-    mounts = []
-    update = made.robot._base.update
-    monkeypatch.setattr(made.robot._base, 'update', lambda *arguments: (
-        mounts.append(arguments[2]) or update(*arguments)))
-    made.see(STAMP)
-    assert asked == [('optical', STAMP), ('optical', STAMP)]
-    assert made.camera.imu == ['samples']
-    assert mounts == [Mount.MOVING]
-    monkeypatch.setattr(pipeline._imu, 'samples', lambda *_: None)
-    made.see(STAMP + 33 * MS)
-    assert made.camera.imu == ['samples']
-
-
 def test_a_corrected_extrinsic_is_that_of_a_fixed_camera_whatever_comes_meanwhile(
         make, monkeypatch):
     """Another message of fixed links comes while the frame is registered; the base rests."""
@@ -466,73 +408,6 @@ def test_a_corrected_extrinsic_is_that_of_a_fixed_camera_whatever_comes_meanwhil
         np.testing.assert_allclose(pose, np.eye(4), atol=1e-12)
 
 
-def test_without_a_guess_nothing_is_predicted(make):
-    made = make()
-    made.see(STAMP)
-    assert made.camera.predict is None
-
-
-def test_a_guess_predicts_the_motion_of_the_camera(make, monkeypatch):
-    made, asked = make(guess_frame_id='wheels', wait_for_transform=0.0), []
-    monkeypatch.setattr(made.robot._guess, 'T_guess_base', lambda stamp: np.eye(4))
-    monkeypatch.setattr(made.robot._guess, 'camera_motion',
-                        lambda *arguments: asked.append(arguments))
-    made.see(STAMP)
-    made.camera.predict(1, 2)
-    assert asked == [('optical', 1, 2)]
-    np.testing.assert_array_equal(made.camera.T_base_camera, np.eye(4))
-
-
-def test_with_a_guess_it_starts_there(make, monkeypatch):
-    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
-    T_guess_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
-    monkeypatch.setattr(made.robot._guess, 'T_guess_base', lambda stamp: T_guess_base)
-    made.see(STAMP)
-    np.testing.assert_allclose(made.poses[-1], T_guess_base, atol=1e-9)
-
-
-def test_with_a_guess_it_starts_where_that_is_at_the_first_frame_that_is_tracked(
-        make, monkeypatch):
-    """A robot drives through the dark, by its wheels."""
-    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
-    monkeypatch.setattr(made.robot._guess, 'T_guess_base', lambda stamp: se3.exp(
-        [(stamp - STAMP) / 1e9, 0, 0, 0, 0, 0]))
-    made.camera.status = Status.TOO_FEW_KEYPOINTS
-    made.see(STAMP, STAMP + 1000 * MS)
-    made.camera.status = Status.FIRST_FRAME
-    made.see(STAMP + 2000 * MS)
-    made.camera.status = Status.OK
-    made.see(STAMP + 3000 * MS)
-    for pose in made.poses[-2:]:
-        np.testing.assert_allclose(pose[:3, 3], [2, 0, 0], atol=1e-9)
-
-
-@pytest.mark.parametrize('missing', ['guess', 'imu'])
-def test_a_frame_that_waits_at_the_start_takes_nothing_from_the_next_one(
-        make, monkeypatch, missing):
-    """Neither the samples of an IMU since the start, nor the pose to start at."""
-    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
-    is_missing, waiting = [True], [1, 2]
-
-    def T_guess_base(stamp):
-        is_there = missing != 'guess' or not is_missing
-        return se3.exp([(stamp - STAMP) / 1e9, 0, 0, 0, 0, 0]) if is_there else None
-
-    def samples(camera_frame, stamp):
-        if missing == 'imu' and is_missing:
-            raise InputError('no transform')
-        taken, waiting[:] = [*waiting], []
-        return taken
-    monkeypatch.setattr(made.robot._guess, 'T_guess_base', T_guess_base)
-    monkeypatch.setattr(made.pipeline._imu, 'samples', samples)
-    made.see(STAMP)
-    assert made.poses == made.camera.imu == []
-    is_missing.clear()
-    made.see(STAMP + 1000 * MS)
-    assert made.camera.imu == [[1, 2]]
-    np.testing.assert_allclose(made.poses[-1][:3, 3], [1, 0, 0], atol=1e-9)
-
-
 @pytest.mark.parametrize('status', Status)
 def test_each_frame_that_was_not_registered_is_warned_of(make, status):
     made = make()
@@ -548,30 +423,6 @@ def test_the_rate_is_that_of_the_colour_images(make):
         made.work()
     assert [to_stamp(sent.header.stamp) for sent in made.odom] == [
         STAMP, STAMP + 100 * MS, STAMP + 200 * MS]
-
-
-def test_a_distortion_that_is_found_is_logged_and_reported(make):
-    made = make()
-    made.see(STAMP)
-    made.camera.distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.0031))
-    made.see(STAMP + 33 * MS)
-    [(level, line)] = made.log
-    assert level is LoggingSeverity.INFO
-    assert line.startswith('depth images are distorted') and '3.1 mm' in line
-    made.pipeline._each_second(Stream())
-    assert '3.1 mm' in made.values['distortion of depth images']
-
-
-def test_a_misalignment_that_is_found_is_logged_and_reported(make):
-    made = make()
-    made.see(STAMP)
-    made.camera.misalignment = SimpleNamespace(values=np.ones(8), description='rotated')
-    made.see(STAMP + 33 * MS)
-    [(level, line)] = made.log
-    assert level is LoggingSeverity.INFO
-    assert line.startswith('rotated. This is corrected from now on')
-    made.pipeline._each_second(Stream())
-    assert 'rotated' in made.values.values()
 
 
 @pytest.mark.parametrize('guess, child', [('', 'base_link'), ('wheels', 'wheels')])
@@ -703,18 +554,6 @@ def test_a_request_that_fails_does_not_end_the_odometry(make, monkeypatch):
     assert len(made.poses) == 1
 
 
-def test_requests_are_confirmed_in_the_log(make):
-    made = make()
-    made.call('reset_odom')
-    made.call('pause_odom')
-    made.call('resume_odom')
-    made.pipeline._requests._set_pose(PoseWithCovariance.identity(), False)
-    made.work()
-    assert made.log == [(LoggingSeverity.INFO, text) for text in (
-        'odometry reset', 'paused', 'resumed', 'pose set')]
-    assert made.camera.resets == 1
-
-
 def test_a_reset_to_a_pose_begins_there_and_the_views_anew(make, monkeypatch):
     made, forgotten = make(initial_pose=(9.0,) + (0.0,) * 5), []
     for part in (made.outputs._views, made.outputs._rtabmap):
@@ -750,17 +589,6 @@ def test_the_report_has_what_is_missing_and_what_waits(active):
             'colour images without depth': '5', 'frames dropped under load': '0'}
 
 
-def test_the_report_has_what_others_expect_of_it_and_of_the_imu(active, monkeypatch):
-    made, images = active
-    differences = []
-    monkeypatch.setattr(made.pipeline._report, '_expectations', SimpleNamespace(
-        complaint=lambda: 'somebody waits', report_differences=lambda: differences.append(1)))
-    monkeypatch.setattr(made.robot, '_imu', SimpleNamespace(complaint='no IMU'))
-    made.pipeline._each_second(images)
-    assert made.status.message == 'somebody waits; no IMU'
-    assert differences == [1]
-
-
 def test_where_nothing_is_missing_the_report_is_not_logged(active, monkeypatch):
     made, images = active
     made.pipeline._each_second(images)
@@ -768,14 +596,6 @@ def test_where_nothing_is_missing_the_report_is_not_logged(active, monkeypatch):
     made.call_now('pause_odom')
     made.pipeline._each_second(images)
     assert made.status.message.startswith('paused: ')
-
-
-def test_a_backlog_is_reported_with_its_size(make, monkeypatch):
-    made = make(process_every_frame=True)
-    for i in range(3):
-        made.pipeline._enqueue(pair(STAMP + i * 33 * MS, size=900_000, depth_size=600_000))
-    made.pipeline._each_second(Stream())
-    assert (made.values['backlog'], made.values['backlog in MB']) == ('3', '4.5')
 
 
 @pytest.mark.parametrize('every, count, size, kept', [
@@ -852,17 +672,6 @@ def test_under_load_less_is_computed_and_settings_can_change_all_the_same(make, 
     assert made.camera.settings.features.max_keypoints == 150
 
 
-def test_the_velocity_of_the_base_may_change_as_the_settings_say(make, monkeypatch):
-    def of(hold_time):
-        return with_values(Settings(), {'odometry.hold_time': hold_time})
-    made = make(core=of(2.0))
-    overload(made, monkeypatch, 0)
-    model = made.robot._base._motion_model
-    assert model.holds(2.0) and not model.holds(2.1)
-    made.pipeline.change_settings(of(4.0))
-    assert made.robot._base._motion_model.holds(4.0)
-
-
 def test_what_is_dropped_under_load_is_reported_and_its_end_is_logged(make, monkeypatch):
     made = make()
     overload(made, monkeypatch, 2)
@@ -933,17 +742,6 @@ def test_waits_for_transforms_are_no_work(make, monkeypatch, cores, where):
     made.pipeline.close()
     assert transforms.waited_in_all >= 0.3
     assert max(made.pipeline._worker.busy) < 0.25
-
-
-def test_the_pose_of_the_imu_is_looked_up_once_tf_reaches_the_frame(make, monkeypatch):
-    made, asked = make(), []
-    extrinsic = Extrinsic(np.eye(4), Mount.FIXED)
-    for part, name, result in (('_extrinsics', 'camera_in_base', extrinsic),
-                               ('_imu', 'samples', None)):
-        monkeypatch.setattr(getattr(made.robot, part), name,
-                            lambda *_, name=name, result=result: asked.append(name) or result)
-    made.see(STAMP)
-    assert asked == ['camera_in_base', 'samples']
 
 
 @pytest.mark.parametrize('request_it', [

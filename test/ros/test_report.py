@@ -14,7 +14,8 @@ from aick_ros.ros.report import Report
 from aick_ros.settings import NodeSettings
 
 
-def test_what_is_missing_and_what_is_late_are_logged_both_and_published_as_one(graph):
+def test_what_is_missing_and_what_is_late_are_logged_both_and_published_as_one(
+        graph, monkeypatch):
     """The log counts the time between two lines of one place: neither hides the other."""
     node = graph.node()
     diagnostics = Diagnostics(node)
@@ -25,13 +26,17 @@ def test_what_is_missing_and_what_is_late_are_logged_both_and_published_as_one(g
         SimpleNamespace(dropped='nothing', sentence='less is computed'))
     published = graph.listen(DiagnosticArray, '/diagnostics')
     images = SimpleNamespace(complaint=lambda: 'no depth', counts={Count.DEPTH_MISSING: 4})
+    differences = []
+    monkeypatch.setattr(report, '_expectations', SimpleNamespace(
+        complaint=lambda: 'somebody waits', report_differences=lambda: differences.append(1)))
     for _ in range(3):
         report.publish(images, dropped=5, paused=False)
-    assert graph.log(node) == [(LoggingSeverity.WARN, 'no depth; no IMU'),
+    assert differences == [1, 1, 1]
+    assert graph.log(node) == [(LoggingSeverity.WARN, 'no depth; somebody waits; no IMU'),
                                (LoggingSeverity.WARN, 'tf is late; no guess')]
     graph.wait_until(lambda: len(published) == 3, 'the reports')
     [status] = published[-1].status
-    assert status.message == 'no depth; no IMU'
+    assert status.message == 'no depth; somebody waits; no IMU'
     values = {value.key: value.value for value in status.values}
     assert {key: values[key] for key in (
         'backlog', 'backlog in MB', 'gyroscope', 'dropped to shed load')} == {

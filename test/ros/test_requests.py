@@ -7,6 +7,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from rclpy.logging import LoggingSeverity
 
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.ros.health.counts import Count
@@ -18,8 +19,9 @@ class Asked:
 
     def __init__(self, graph):
         self.done, self.tasks, self.is_active = [], [], True
+        self.node = graph.node()
         self.requests = Requests(
-            graph.node(), 'odom',
+            self.node, 'odom',
             SimpleNamespace(reset=lambda pose: self.done.append(('reset', pose)),
                             set_pose=lambda *how: self.done.append(('set', *how))),
             SimpleNamespace(reset=lambda: self.done.append('outputs'),
@@ -60,3 +62,12 @@ def test_a_pose_is_set_blindly_if_no_frames_were_taken_when_it_was_requested(
     asked.work()
     assert asked.done == [('set', POSE, is_blind), 'placed']
     assert asked.requests.discarded_as(time.monotonic() - 1.0) is None
+
+
+def test_requests_are_confirmed_in_the_log_once_they_are_done(asked, graph):
+    asked.requests._reset(None)
+    asked.requests._set_pose(POSE, False)
+    assert graph.log(asked.node) == []
+    asked.work()
+    assert graph.log(asked.node) == [
+        (LoggingSeverity.INFO, 'odometry reset'), (LoggingSeverity.INFO, 'pose set')]

@@ -6,23 +6,31 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
-from aick_ros.frames.depth_distortion import NO_DISTORTION
+from aick_ros.errors import InputError
+from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.odometry.base_odometry import Mount
 from aick_ros.registration.status import Status
 from aick_ros.ros.input.extrinsics import Extrinsic
 from aick_ros.ros.robot_odometry import RobotOdometry
 from aick_ros.settings import NodeSettings, Settings
+from aick_ros.settings.parameter import with_values
 
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
 STEP = se3.exp([0.2, -0.1, 0.4, 0.3, 0.2, 0.1])
 
 
 class Seen:
-    """An odometry whose camera is where a test sets it; ``added`` are the samples of an IMU."""
+    """
+    An odometry whose camera is where a test sets it.
+
+    :ivar added: the samples of an IMU; ``predict``: asked for the motion of a lost camera.
+    """
 
     def __init__(self):
         self.pose, self.status, self.added = np.eye(4), Status.OK, []
@@ -31,21 +39,58 @@ class Seen:
         self.gyroscope = SimpleNamespace(complaint='turns', description='a gyroscope')
         self.gravity = SimpleNamespace(complaint='falls', description='an accelerometer')
 
-    def register(self, preparation, *_, **__):
+    def register(self, preparation, predict=None, T_base_camera=None):
+        self.predict, self.T_base_camera = predict, T_base_camera
         return OdometryUpdate(preparation.frame.stamp, self.status, '',
                               PoseWithCovariance(self.pose), None)
 
+    def reset(self):
+        self.pose = np.eye(4)
+
+    def change_settings(self, settings):
+        self.settings = settings
+
+
+class Wheels:
+    """Another odometry of the base, which a test lets be known or not; it drives at 1 m/s."""
+
+    complaint = 'no guess'
+
+    def __init__(self):
+        self.is_known, self.asked = True, []
+
+    def T_guess_base(self, stamp):
+        return se3.exp([stamp / NANOSECONDS, 0, 0, 0, 0, 0]) if self.is_known else None
+
+    def camera_motion(self, *arguments):
+        self.asked.append(arguments)
+
 
 class Robot:
-    """A robot with a camera, and an IMU whose samples are the stamp of the frame."""
+    """
+    A robot with a camera, and an IMU whose samples are the stamp of the frame.
 
-    def __init__(self, guess=None):
+    :ivar asked: parts of the input that were asked, with their arguments.
+    """
+
+    def __init__(self, guess=None, initial_pose=(), mount=Mount.FIXED):
+        self.asked, self.log, self.is_imu_known = [], [], True
         self.odometry = RobotOdometry(
-            NodeSettings(initial_pose=(1.0, 2.0, 3.0, 0.0, 0.0, 0.5)), Settings(),
-            SimpleNamespace(camera_in_base=lambda *_: Extrinsic(T_BASE_CAMERA, Mount.FIXED)),
-            SimpleNamespace(samples=lambda camera_frame, stamp: stamp, complaint='no IMU'),
-            guess, print)
-        self.camera = self.odometry._camera = Seen()
+            NodeSettings(initial_pose=initial_pose, guess_frame_id='wheels' if guess else ''),
+            Settings(), SimpleNamespace(camera_in_base=self._camera_in_base),
+            SimpleNamespace(samples=self._samples, complaint='no IMU'), guess, self.log.append)
+        self.mount, self.camera = mount, Seen()
+        self.odometry._camera = self.camera
+
+    def _camera_in_base(self, *arguments):
+        self.asked.append(('extrinsic', *arguments))
+        return Extrinsic(T_BASE_CAMERA, self.mount)
+
+    def _samples(self, *arguments):
+        self.asked.append(('imu', *arguments))
+        if not self.is_imu_known:
+            raise InputError('no transform of the IMU')
+        return arguments[1]
 
     def see(self, stamp):
         return self.odometry.register(SimpleNamespace(
@@ -54,7 +99,7 @@ class Robot:
 
 def test_a_frame_moves_the_base_by_the_motion_of_the_camera():
     """By the change of axes of a rigid body."""
-    robot = Robot()
+    robot = Robot(initial_pose=(1.0, 2.0, 3.0, 0.0, 0.0, 0.5))
     robot.see(1)
     robot.camera.pose = STEP
     found = robot.see(2)
@@ -63,7 +108,8 @@ def test_a_frame_moves_the_base_by_the_motion_of_the_camera():
     np.testing.assert_allclose(found.T_odom_base, expected, atol=1e-12)
     np.testing.assert_allclose(found.base.pose.matrix, expected, atol=1e-12)
     np.testing.assert_array_equal(found.camera.pose.matrix, STEP)
-    np.testing.assert_array_equal(found.T_base_camera, T_BASE_CAMERA)
+    for extrinsic in (found.T_base_camera, robot.camera.T_base_camera):
+        np.testing.assert_array_equal(extrinsic, T_BASE_CAMERA)
     assert (found.frame.stamp, found.camera_frame) == (2, 'optical')
     assert robot.camera.added == [1, 2]
 
@@ -78,10 +124,104 @@ def test_a_stamp_that_is_not_newer_leaves_the_base_where_it_is():
 
 
 def test_what_is_wrong_is_said_of_the_imu_and_of_the_guess_apart():
-    guess = SimpleNamespace(complaint='no guess')
-    for robot, concern in ((Robot(), ''), (Robot(guess), 'no guess')):
+    for robot, concern in ((Robot(), ''), (Robot(Wheels()), 'no guess')):
         assert robot.odometry.complaint == 'no IMU; turns; falls'
         assert robot.odometry.concern == concern
         assert robot.odometry.findings == {
             'misalignment of the camera': 'none', 'distortion of depth images': 'none',
             'gyroscope': 'a gyroscope', 'accelerometer': 'an accelerometer'}
+
+
+@pytest.mark.parametrize('mount', Mount)
+def test_extrinsic_and_imu_are_those_of_the_stamp_of_the_frame(mount, monkeypatch):
+    """The IMU is asked last: its pose is looked up once TF has reached the frame."""
+    robot, mounts = Robot(mount=mount), []
+    update = robot.odometry._base.update
+    monkeypatch.setattr(robot.odometry._base, 'update', lambda *arguments: (
+        mounts.append(arguments[2]) or update(*arguments)))
+    robot.see(7)
+    assert robot.asked == [('extrinsic', 'optical', 7), ('imu', 'optical', 7)]
+    assert mounts == [mount]
+
+
+def test_a_frame_without_samples_is_given_none(monkeypatch):
+    robot = Robot()
+    monkeypatch.setattr(robot.odometry._imu, 'samples', lambda *_: None)
+    robot.see(7)
+    assert robot.camera.added == []
+
+
+def test_without_a_guess_nothing_is_predicted():
+    robot = Robot()
+    robot.see(1)
+    assert robot.camera.predict is None
+
+
+def test_a_guess_predicts_the_motion_of_the_camera():
+    robot = Robot(wheels := Wheels())
+    robot.see(1)
+    robot.camera.predict(1, 2)
+    assert wheels.asked == [('optical', 1, 2)]
+    np.testing.assert_array_equal(robot.camera.T_base_camera, T_BASE_CAMERA)
+
+
+def test_with_a_guess_it_starts_where_that_is_at_the_first_frame_that_is_tracked():
+    """A robot drives through the dark, by its wheels."""
+    robot = Robot(Wheels())
+    for second, status in enumerate((
+            Status.TOO_FEW_KEYPOINTS, Status.TOO_FEW_KEYPOINTS, Status.FIRST_FRAME, Status.OK)):
+        robot.camera.status = status
+        found = robot.see(second * NANOSECONDS)
+        np.testing.assert_allclose(found.T_odom_base[:3, 3], [min(second, 2), 0, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize('missing', ['guess', 'imu'])
+def test_a_frame_that_waits_at_the_start_takes_nothing_from_the_next_one(missing):
+    """Neither the samples of an IMU since the start, nor the pose to start at."""
+    robot = Robot(wheels := Wheels())
+    wheels.is_known, robot.is_imu_known = missing != 'guess', missing != 'imu'
+    with pytest.raises(InputError):
+        robot.see(0)
+    assert robot.camera.added == []
+    assert (missing == 'guess') == (('imu', 'optical', 0) not in robot.asked)
+    wheels.is_known = robot.is_imu_known = True
+    found = robot.see(NANOSECONDS)
+    assert robot.camera.added == [NANOSECONDS]
+    np.testing.assert_allclose(found.T_odom_base[:3, 3], [1, 0, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize('place', [
+    lambda odometry, pose: odometry.reset(pose),
+    lambda odometry, pose: odometry.set_pose(pose, False)])
+def test_where_it_is_placed_it_goes_on_and_no_guess_is_waited_for(place):
+    robot = Robot(wheels := Wheels())
+    wheels.is_known = False
+    with pytest.raises(InputError, match='guess_frame_id'):
+        robot.see(0)
+    place(robot.odometry, PoseWithCovariance(STEP))
+    np.testing.assert_allclose(robot.see(1).T_odom_base, STEP, atol=1e-9)
+
+
+def test_what_is_found_of_the_camera_is_logged_and_reported():
+    robot = Robot()
+    robot.see(1)
+    assert robot.log == []
+    robot.camera.misalignment = SimpleNamespace(values=np.ones(8), description='rotated')
+    robot.camera.distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.0031))
+    robot.see(2)
+    lines = sorted(robot.log)
+    assert lines[0].startswith('depth images are distorted') and '3.1 mm' in lines[0]
+    assert lines[1].startswith('rotated. This is corrected from now on')
+    findings = robot.odometry.findings
+    assert 'rotated' in findings['misalignment of the camera']
+    assert '3.1 mm' in findings['distortion of depth images']
+
+
+def test_the_velocity_of_the_base_may_change_as_the_settings_say():
+    robot = Robot()
+    for seconds in (2.0, 4.0):
+        settings = with_values(Settings(), {'odometry.hold_time': seconds})
+        robot.odometry.change_settings(settings)
+        assert robot.camera.settings is settings
+        model = robot.odometry._base._motion_model
+        assert model.holds(seconds) and not model.holds(seconds + 0.1)
