@@ -59,10 +59,22 @@ def pytest_configure(config):
         os.environ['AICK_ROS_SCENES'] = folder.name
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    """Have each process read other files first: what one has compiled, the others find."""
+    report = yield
+    if isinstance(collector, pytest.Dir) and hasattr(collector.config, 'workerinput'):
+        process = int(collector.config.workerinput['workerid'].removeprefix('gw'))
+        share = process / collector.config.workerinput['workercount']
+        first = round(share * len(report.result))
+        report.result = report.result[first:] + report.result[:first]
+    return report
+
+
 def pytest_collection_modifyitems(items):
     """Put the longest files first: at the end no process works while the others have finished."""
     order = {name: rank for rank, name in enumerate(LONGEST_FIRST)}
-    items.sort(key=lambda item: order.get(item.path.name, len(order)))
+    items.sort(key=lambda item: (order.get(item.path.name, len(order)), item.path))
 
 
 def built_once(build):
