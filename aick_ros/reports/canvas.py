@@ -90,11 +90,12 @@ def _drawing(content: Figure) -> Iterator[None]:
     Draw in the common style; of characters that no font has a box is enough.
 
     A figure is laid out before the limits of axes of equal scales are set, whose numbers may be
-    longer then: it is drawn once before, or labels beside them would be cut off.
+    longer then: one with such axes is drawn once before, or labels beside them would be cut off.
     """
     with _style(), warnings.catch_warnings():
         warnings.filterwarnings('ignore', 'Glyph .* missing from')
-        content.draw_without_rendering()
+        if any(axes.get_aspect() != 'auto' for axes in content.axes):
+            content.draw_without_rendering()
         yield
 
 

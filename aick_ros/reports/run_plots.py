@@ -69,9 +69,10 @@ def timing_figure(records: Sequence[FrameRecord]) -> Figure:
         bins = np.linspace(0.0, 1.05 * longest, 80)
         for (stage, values), colour in zip(times.items(), cycle(canvas.SERIES)):
             # times beyond the axis count in its last bin
-            axes.hist(np.minimum(values, bins[-1]), list(bins), color=colour, alpha=0.7,
-                      label=stage)
-        axes.set(title='Time per frame', xlabel='time [ms]', ylabel='frames', xlim=(0, bins[-1]))
+            counts, _ = np.histogram(np.minimum(values, bins[-1]), bins)
+            axes.stairs(counts, bins, fill=True, color=colour, alpha=0.7, label=stage)
+        axes.set(title='Time per frame', xlabel='time [ms]', ylabel='frames', xlim=(0, bins[-1]),
+                 ylim=(0, None))
         canvas.legend_above(axes)
 
     return canvas.figure(10.0, 3.0, draw)
