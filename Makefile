@@ -111,7 +111,7 @@ $(READY): setup.py setup.cfg pyproject.toml $(PINS) $(wildcard src/kernels/*)
 	@mkdir -p $(VENV) && touch $(UNFINISHED)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --no-compile --upgrade --constraint $(PINS) \
-	    setuptools
+	    pip setuptools
 	$(BIN)/python -m pip install --quiet --no-compile --constraint $(PINS) \
 	    --no-build-isolation --editable '.[$(EXTRAS)]'
 	@mv $(UNFINISHED) $(READY) && touch $(READY)

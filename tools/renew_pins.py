@@ -44,9 +44,9 @@ def resolve(*requirements: str) -> list[str]:
 def main() -> None:
     """Write the pins of the newest packages and of the oldest NumPy and OpenCV."""
     extras = 'ros,eval,view,baselines,mutation,test'
-    PINS.write_text(HEADER + '\n'.join(resolve(f'{ROOT}[{extras}]')) + '\n')
+    PINS.write_text(HEADER + '\n'.join(resolve(f'{ROOT}[{extras}]', 'pip')) + '\n')
     OLDEST_PINS.write_text(OLDEST_HEADER + '\n'.join(
-        resolve(f'{ROOT}[ros,eval,test]', *OLDEST)) + '\n')
+        resolve(f'{ROOT}[ros,eval,test]', 'pip', *OLDEST)) + '\n')
 
 
 if __name__ == '__main__':
