@@ -4,6 +4,7 @@
 """Fixtures for all tests: recordings of real cameras, and ROS without neighbours."""
 
 import fcntl
+import gc
 import itertools
 import os
 import pickle
@@ -57,6 +58,16 @@ def pytest_configure(config):
         folder = tempfile.TemporaryDirectory(prefix='aick_ros_scenes_')
         config.add_cleanup(folder.cleanup)
         os.environ['AICK_ROS_SCENES'] = folder.name
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Keep the thousands of tests, which stay, out of all that the garbage collector looks at."""
+    gc.disable()
+    collected = yield
+    gc.freeze()
+    gc.enable()
+    return collected
 
 
 @pytest.hookimpl(wrapper=True)
