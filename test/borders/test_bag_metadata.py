@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
 from aick_ros.borders.bag_metadata import limit_metadata, listed_files
-from aick_ros.borders.limits import MAX_METADATA_BYTES, MAX_YAML_DEPTH, MAX_YAML_VALUES
+from aick_ros.borders.limits import MAX_METADATA_BYTES, MAX_YAML_DEPTH
 from aick_ros.errors import InputError
 
 QOS = Qos(QosHistory.KEEP_LAST, 3, QosReliability.RELIABLE, QosDurability.VOLATILE, QosTime(1, 2),
@@ -55,11 +55,17 @@ def test_errors_are_those_of_rosbags(load, text):
 @pytest.mark.parametrize('text, reason', [
     (BOMB, 'has aliases'), ('&a [*a]', 'has aliases'),
     ('[' * 900 + ']' * 900, f'deeper than {MAX_YAML_DEPTH} levels'), ('[' * 100_000, 'deeper'),
-    ('-' * (MAX_METADATA_BYTES + 1), f'more than {MAX_METADATA_BYTES} characters'),
-    ('- x\n' * MAX_YAML_VALUES, f'more than {MAX_YAML_VALUES} values')])
+    ('-' * (MAX_METADATA_BYTES + 1), f'more than {MAX_METADATA_BYTES} characters')])
 def test_what_is_too_large_is_rejected(load, text, reason):
     with pytest.raises(InputError, match=reason):
         load(text)
+
+
+def test_more_values_than_the_limit_are_rejected(load, monkeypatch):
+    monkeypatch.setattr('aick_ros.borders.bag_metadata.MAX_YAML_VALUES', 1000)
+    assert load('- y\n' * 990) == 990 * ['y']
+    with pytest.raises(InputError, match='more than 1000 values'):
+        load('- x\n' * 1000)
 
 
 def test_bags_are_written_as_before(tmp_path):
