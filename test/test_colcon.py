@@ -59,7 +59,7 @@ def install_with_pip(sources, workspace):
         pytest.skip('setuptools older than 70.1')
     prefix = workspace / 'prefix'
     run(sys.executable, '-m', 'pip', 'install', '--no-deps', '--no-build-isolation',
-        '--ignore-installed', '--prefix', prefix, sources)
+        '--no-compile', '--ignore-installed', '--prefix', prefix, sources)
     packages = sysconfig.get_path('purelib', vars={'base': str(prefix)})
     inherited = os.environ.get('PYTHONPATH', '')
     return prefix, {**os.environ, 'PYTHONPATH': f'{packages}{os.pathsep}{inherited}'}
@@ -70,7 +70,8 @@ def installed(request, tmp_path_factory):
     """
     Install the package; return the prefix and the environment to use it in.
 
-    The kernels are compiled without optimisation, which takes a fifth of the time.
+    The kernels are compiled without optimisation, which takes a fifth of the time, and
+    modules when they are imported.
     """
     workspace = tmp_path_factory.mktemp('workspace')
     copy_sources(workspace / 'aick_ros')
@@ -79,6 +80,7 @@ def installed(request, tmp_path_factory):
     compiler.chmod(0o755)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv('CC', str(compiler))
+        patch.setenv('PYTHONDONTWRITEBYTECODE', '1')
         return request.param(workspace / 'aick_ros', workspace)
 
 
