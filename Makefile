@@ -112,8 +112,8 @@ $(READY): setup.py setup.cfg pyproject.toml $(PINS) $(wildcard src/kernels/*)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --no-compile --upgrade --constraint $(PINS) \
 	    pip setuptools
-	$(BIN)/python -m pip install --quiet --no-compile --constraint $(PINS) \
-	    --no-build-isolation --editable '.[$(EXTRAS)]'
+	PYTHONWARNINGS=ignore::UserWarning $(BIN)/python -m pip install --quiet --no-compile \
+	    --constraint $(PINS) --no-build-isolation --editable '.[$(EXTRAS)]'
 	@mv $(UNFINISHED) $(READY) && touch $(READY)
 
 # Without it everything works but the transforms: a missing compiler does not stop the set-up.
