@@ -12,9 +12,9 @@ from aick_ros.settings.algorithm import Settings
 from aick_ros.settings.parameter import Parameter, Value, with_values
 
 _ALL_PAPER: Mapping[str, Value] = {
-    'features.cell_size': 0.0, 'features.orb.min_fast_threshold': 20, 'aick.lambda_e': 0.01, 'aick.lambda_f': 0.2,
-    'refinement.mode': 'none', 'odometry.reference': 'previous',
-    'odometry.motion_prior': False}
+    'features.cell_size': 0.0, 'features.orb.min_fast_threshold': 20,
+    'aick.lambda_e': 0.01, 'aick.lambda_f': 0.2, 'refinement.mode': 'none',
+    'odometry.reference': 'previous', 'odometry.motion_prior': False}
 _FULL = {**_ALL_PAPER, 'features.max_keypoints': 0, 'aick.alpha': 0.8, 'aick.iterations': 25}
 _FAST_ORB = {**_ALL_PAPER, 'features.detector': 'orb', 'features.max_keypoints': 350,
              'aick.alpha': 0.6, 'aick.iterations': 10}
