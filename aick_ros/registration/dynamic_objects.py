@@ -11,8 +11,9 @@ If surfaces contradict the motion until a few keypoints and the depth around the
 those are on an object. Otherwise the frame is registered once more without the keypoints of the
 first registration and the depth around them, from the pose at constant velocity. If keypoints and
 depth agree far better there, that is the motion of the camera. If many keypoints confirm each of
-the two, all evidence about them is added up. If not, and the first motion is that of objects which
-have moved before, it is not believed; if it is sudden, the images decide between the two poses.
+the two, all evidence about them is added up. Either counts only where the two differ by more than
+both may err. If not, and the first motion is that of objects which have moved before, it is not
+believed; if it is sudden, the images decide between the two poses.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.pose_fusion import fused
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
@@ -91,7 +93,8 @@ class DynamicObjectCheck:
         if sudden <= 1.0 and not is_contradicted and not _has_moving(found.fit):
             return found
         rest = self._without_keypoints_of(found, source, target, expected.T_target_source)
-        if (is_contradicted and not _has_moved_before(rest.fit, found.fit)
+        if (is_contradicted and _differ(found, rest)
+                and not _has_moved_before(rest.fit, found.fit)
                 and self._agreement.is_better_by(rest, found)):
             near = self._of_all_near(rest, found, source, target)
             return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
@@ -105,7 +108,7 @@ class DynamicObjectCheck:
             found, rest.applied_to(found, ''), expected.T_target_source,
             self._acceleration.sigmas(source.stamp, expected.elapsed))
         if motions is not None and motions.are_confirmed:
-            if motions.evidence > 0.0:
+            if motions.evidence > 0.0 and _differ(found, rest):
                 near = self._of_all_near(rest, found, source, target)
                 return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
                                     f'{len(near.tracked)} others with the scene')
@@ -187,6 +190,13 @@ def _at(pose: PoseWithCovariance, found: Registration, rest: Refined,
     return dataclasses.replace(
         _of_the_rest(found, rest, reason), T_target_source=pose.matrix,
         covariance=pose.covariance, systematic=np.zeros((6, 6)), evidence=Evidence.DEPTH)
+
+
+def _differ(found: Registration, rest: Refined) -> bool:
+    """Return whether two poses differ by more than their errors, as once in a thousand times."""
+    difference = se3.difference(found.T_target_source, rest.T_target_source)
+    squared = difference @ np.linalg.solve(found.covariance + rest.covariance, difference)
+    return bool(squared > LARGEST_SQUARED_DISTANCES[6])
 
 
 def _has_moving(fit: Fit | None) -> bool:

@@ -26,6 +26,7 @@ from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence, Fit
 from aick_ros.registration.sensor_agreement import SensorAgreement
 from aick_ros.registration.tracks import Tracks
+from aick_ros.registration.two_motions import TwoMotions
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -391,8 +392,9 @@ def contradicted(play, made, *better, error=SLIGHTLY, nearer=(0.0, 70)):
     played.nearer = dataclasses.replace(
         made.refined(tracked, bias='bias of all', measure=pytest.fail),
         T_target_source=played.answers[0].T_target_source @ se3.exp([away, 0, 0, 0, 0, 0]))
-    played.found = dataclasses.replace(played.found,
+    played.found = dataclasses.replace(played.found, covariance=1e-6 * np.eye(6),
                                        T_target_source=se3.perturbed(EXPECTED, error))
+    played.answers[0] = dataclasses.replace(played.answers[0], covariance=2e-6 * np.eye(6))
     return played
 
 
@@ -412,6 +414,16 @@ def test_where_depth_contradicts_keypoints_those_that_agree_with_it_decide(play,
     assert checked.bias == 'bias of all' and checked.measure is None
     assert checked.matches.shape == (0, 2) and checked.evidence is Evidence.KEYPOINTS
     assert checked.reason == '70 keypoints move by themselves, depth agrees with 70 others'
+
+
+@pytest.mark.parametrize('squared, is_found', [(22.3, True), (22.6, False)])
+def test_poses_that_differ_by_their_errors_show_no_object(play, made, squared, is_found):
+    """Errors of six values exceed 22.46 once in a thousand times."""
+    played = contradicted(play, made, True, True)
+    pose = played.answers[0].T_target_source.copy()
+    pose[0, 3] += np.sqrt(squared * 3e-6)
+    played.found = dataclasses.replace(played.found, T_target_source=pose)
+    assert (played.check() is played.found) == is_found
 
 
 @pytest.mark.parametrize('away, is_better, is_taken', [
@@ -514,3 +526,19 @@ def test_a_motion_of_which_nothing_is_known_is_compared_without_a_prior(play):
     found = played.opinion.check(played.found, played.source, played.target,
                                  ExpectedPose(EXPECTED).checked())
     assert found is played.found and played.refined
+
+
+@pytest.mark.parametrize('away, is_found', [(0.008, True), (0.02, False)])
+def test_of_two_confirmed_motions_only_one_that_differs_replaces_the_first(
+        play, made, monkeypatch, away, is_found):
+    """All evidence is for the second one, by four times the keypoints."""
+    played = play()
+    played.found = dataclasses.replace(
+        played.found, covariance=2e-6 * np.eye(6), fit=Fit(np.ones(20), 0.5),
+        T_target_source=played.answers[0].T_target_source @ se3.exp([away, 0, 0, 0, 0, 0]))
+    played.answers[0] = dataclasses.replace(played.answers[0], covariance=2e-6 * np.eye(6))
+    monkeypatch.setattr('aick_ros.registration.dynamic_objects.TwoMotions.of',
+                        lambda *of: TwoMotions(20, 80, 1.0))
+    played.better = [True]
+    checked = played.check()
+    assert ('others with the scene' in checked.reason) != is_found
