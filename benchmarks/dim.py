@@ -20,9 +20,9 @@ import numpy as np
 from camera_table import print_camera_table
 from weights import frames_of
 
+from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.registration.result import Evidence
 
@@ -44,8 +44,7 @@ def rows(camera: str, count: int) -> Iterator[str]:
     for share, sigma in LIGHTS:
         odometry, rng = Odometry(), np.random.default_rng(0)
         updates = [odometry.register_frame(in_light(frame, share, sigma, rng)) for frame in frames]
-        errors = compare(Trajectory(np.array([update.stamp for update in updates]),
-                                    np.array([update.T_odom_camera for update in updates])), truth)
+        errors = compare(trajectory_of([FrameRecord.of(update) for update in updates]), truth)
         assert errors is not None  # the poses have the stamps of the truth
         lost = sum(not update.status.ok for update in updates)
         by_depth = sum(update.evidence is Evidence.DEPTH_ALONE for update in updates)

@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
+SIGMA_PER_MEDIAN = 1.4826
+"""Standard deviation of normal noise by the median of its absolute values; derived."""
+
 
 def median(values: np.ndarray) -> float:
     """

@@ -35,7 +35,7 @@ class Fusion:
 
     @property
     def is_of_noise(self) -> bool:
-        """Whether the two differ by no more than noise, which exceeds it once in a thousand."""
+        """Agreement of the two within noise, which is larger once in a thousand times."""
         return self.squared_distance <= LARGEST_SQUARED_DISTANCES[len(self.error)]
 
 

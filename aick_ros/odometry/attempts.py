@@ -86,9 +86,11 @@ class Attempts:
                     doubtful.append(attempt)
                 else:
                     yield attempt
-        if motion is not None or self._motion_model.holds(
-                seconds(references.last.stamp, prepared.stamp)):
-            yield from self._by_depth(prepared, references, velocity, views)
+        last = references.last.stamp
+        if motion is None and self._motion_model.holds(seconds(last, prepared.stamp)):
+            motion = self._expected.between(last, prepared.stamp, None)
+        if motion is not None:
+            yield from self._by_depth(prepared, references, motion, velocity, views)
         yield from doubtful
 
     def by_tracking(self, prepared: PreparedFrame, references: References,
@@ -136,15 +138,14 @@ class Attempts:
                 tracked if reference is references.keyframe else None))
             yield attempt if expected is not None else self._recognised(attempt, prepared)
 
-    def _by_depth(self, prepared: PreparedFrame, references: References, velocity: Velocity,
+    def _by_depth(self, prepared: PreparedFrame, references: References,
+                  motion: PoseWithCovariance, velocity: Velocity,
                   views: KnownViews) -> Iterator[Attempt]:
-        last = references.last
-        motion = self._expected.between(last.stamp, prepared.stamp, velocity.twist)
         blind = PoseWithCovariance(motion.matrix, self._expected.between(
             velocity.confirmed, prepared.stamp,
             np.zeros(6) if velocity.is_confirmed else None).covariance)
         for reference in references.depth_references():
-            T_reference_last = _from(reference, last)
+            T_reference_last = _from(reference, references.last)
             expected = T_reference_last @ motion
             beside = (reference.prepared, expected, (T_reference_last @ blind).covariance,
                       views(reference, expected.matrix))

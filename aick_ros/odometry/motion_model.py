@@ -49,16 +49,13 @@ class MotionModel:
         :returns: ``T_camera0_camera1``; its standard deviations are at most those of a camera
             that may be anywhere within the speed limit and turned in any direction.
         """
-        velocity, speed, turn_rate = twist, 0.0, 0.0
-        if velocity is None:
-            velocity = np.zeros(6)
-            speed, turn_rate = (limit / _WITHIN_LIMITS for limit in (
-                self._max_speed, self._max_turn_rate))
+        velocity, share = (np.zeros(6), 1.0 / _WITHIN_LIMITS) if twist is None else (twist, 0.0)
         per_acceleration = 0.5 * elapsed ** 2
-        shift = min(math.hypot(per_acceleration * self._acceleration_sigma, elapsed * speed),
-                    elapsed * self._max_speed)
+        farthest = elapsed * self._max_speed
+        shift = min(math.hypot(per_acceleration * self._acceleration_sigma, share * farthest),
+                    farthest)
         turn = min(math.hypot(per_acceleration * self._angular_acceleration_sigma,
-                              elapsed * turn_rate), _HALF_TURN)
+                              share * elapsed * self._max_turn_rate), _HALF_TURN)
         return PoseWithCovariance(se3.exp(min(elapsed, self._hold_time) * velocity),
                                   along_all_axes(shift ** 2, turn ** 2))
 

@@ -298,8 +298,11 @@ class Odometry:
                                 f'{reason}: {shortage}' if shortage else reason)
         recovered, self._is_lost = self._is_lost, False
         self._velocity = Velocity(confirmed=prepared.stamp)
-        self._references = References(self._path.start(prepared), is_by_depth)
-        reason = f'{count} keypoints, by depth alone' if is_by_depth else f'{count} keypoints'
+        first, reason = self._path.start(prepared), f'{count} keypoints'
+        self._references = References(first)
+        if is_by_depth:
+            self._references.track_by_depth(first, first)
+            reason += ', by depth alone'
         return self._update(prepared, Status.FIRST_FRAME, reason, recovered=recovered)
 
     def _track(self, prepared: PreparedFrame, attempt: Attempt,

@@ -123,13 +123,12 @@ class References:
     theirs.
 
     :param first: a frame that is the keyframe and the last tracked frame in one.
-    :param is_by_depth: whether it has too few keypoints, so that it is a depth reference too.
     """
 
-    def __init__(self, first: Reference, is_by_depth: bool = False) -> None:
+    def __init__(self, first: Reference) -> None:
         self.last = first
         self.keyframe = self.sharp = first.bare()
-        self.depth_reference = first if is_by_depth else None
+        self.depth_reference: Reference | None = None
         self.earlier_depth_references: deque[Reference] = deque(maxlen=_EARLIER_DEPTH_REFERENCES)
         self._earlier: deque[Reference] = deque(maxlen=_EARLIER_FRAMES)
         self._lost: Reference | None = None

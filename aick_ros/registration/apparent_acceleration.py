@@ -17,7 +17,7 @@ from aick_ros.settings import OdometrySettings
 
 
 class _Shown(NamedTuple):
-    """What a frame has shown: against the motion expected, 6 [m/s^2, rad/s^2]."""
+    """Acceleration that a frame has shown against the motion expected, 6 [m/s^2, rad/s^2]."""
 
     stamp: int
     acceleration: np.ndarray

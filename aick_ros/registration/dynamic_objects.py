@@ -24,9 +24,8 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.pose_fusion import fused
+from aick_ros.geometry.pose_fusion import fused, with_measurement
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
@@ -194,9 +193,8 @@ def _at(pose: PoseWithCovariance, found: Registration, rest: Refined,
 
 def _differ(found: Registration, rest: Refined) -> bool:
     """Return whether two poses differ by more than their errors, as once in a thousand times."""
-    difference = se3.difference(found.T_target_source, rest.T_target_source)
-    squared = difference @ np.linalg.solve(found.covariance + rest.covariance, difference)
-    return bool(squared > LARGEST_SQUARED_DISTANCES[6])
+    fusion = with_measurement(found.pose, rest.T_target_source, np.eye(6), rest.covariance)
+    return not fusion.is_of_noise
 
 
 def _has_moving(fit: Fit | None) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 
 from aick_ros import kernels
 from aick_ros.frames.depth_edges import DepthEdges
-from aick_ros.geometry.median import median
+from aick_ros.geometry.median import SIGMA_PER_MEDIAN, median
 from aick_ros.registration.refinement.residuals import Residuals
 
 # All chosen on an excerpt of a real recording and on rendered rooms with three kinds of cameras.
@@ -24,7 +24,6 @@ _SMALLEST_COSINE = 0.7  # between the directions across both edges, in the image
 _FEWEST = 10  # points; fewer say nothing
 _SMALLEST_SIGMA = 0.7  # cells; what rounding to a cell and noise leave at least
 _WIDTH = 3.0  # of the robust weights, in standard deviations
-_PER_MEDIAN = 1.4826  # derived: standard deviation of normal noise by its median absolute value
 
 _NONE = Residuals(np.empty(0), np.empty((0, 6)), np.empty(0), np.empty(0, np.int64))
 
@@ -50,6 +49,6 @@ def edge_distances(source: DepthEdges, target: DepthEdges,
     if found < _FEWEST:
         return _NONE
     distances = distances[:found]
-    sigma = max(_PER_MEDIAN * median(np.abs(distances)), _SMALLEST_SIGMA)
+    sigma = max(SIGMA_PER_MEDIAN * median(np.abs(distances)), _SMALLEST_SIGMA)
     weights = (1.0 + (distances / (_WIDTH * sigma)) ** 2) ** -2.0
     return Residuals(distances / sigma, jacobian[:found] / sigma, weights, blocks[:found])

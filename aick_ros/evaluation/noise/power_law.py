@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros.geometry.median import SIGMA_PER_MEDIAN
+
 _ITERATIONS = 30  # chosen
 _HUBER = 1.345  # derived: 95 % efficiency on normal errors (Huber 1964)
-_SIGMA_PER_MAD = 1.4826  # derived: by the median absolute deviation of a normal distribution
 _MIN_RESIDUAL = 1e-6  # smaller residuals of the logarithms count as zero; chosen
 
 
@@ -38,6 +39,6 @@ def _fit(design: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndar
         root = np.sqrt(weights * robust)
         coefficients = np.linalg.lstsq(design * root[:, None], values * root, rcond=None)[0]
         residuals = np.abs(values - design @ coefficients)
-        width = _HUBER * max(_SIGMA_PER_MAD * float(np.median(residuals)), _MIN_RESIDUAL)
+        width = _HUBER * max(SIGMA_PER_MEDIAN * float(np.median(residuals)), _MIN_RESIDUAL)
         robust = np.minimum(1.0, width / np.maximum(residuals, _MIN_RESIDUAL))
     return coefficients
