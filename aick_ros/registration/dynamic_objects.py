@@ -185,9 +185,16 @@ def _of_the_rest(found: Registration, rest: Refined, reason: str) -> Registratio
 
 def _at(pose: PoseWithCovariance, found: Registration, rest: Refined,
         reason: str) -> Registration:
-    """Return a registration at the pose of the rest with a prior, by few keypoints or none."""
+    """
+    Return a registration at the pose of the rest with a prior, by few keypoints or none.
+
+    Where the two poses do not differ, it shows no motion of objects: those found before are kept.
+    """
+    fit = rest.fit
+    if fit is not None and not _differ(found, rest):
+        fit = dataclasses.replace(fit, objects=found.fit and found.fit.objects)
     return dataclasses.replace(
-        _of_the_rest(found, rest, reason), T_target_source=pose.matrix,
+        _of_the_rest(found, rest, reason), T_target_source=pose.matrix, fit=fit,
         covariance=pose.covariance, systematic=np.zeros((6, 6)), evidence=Evidence.DEPTH)
 
 
