@@ -26,18 +26,26 @@ class Repeat(Enum):
 
 
 def repeat_of(frame: RgbdFrame, before: RgbdFrame) -> Repeat:
-    """Return which images of a frame are those of the frame before."""
-    colour = _is_same(frame.colour, before.colour)
+    """
+    Return which images of a frame are those of the frame before.
+
+    An image that shows nothing is like all others of a covered lens: alone it repeats nothing.
+    """
+    colour = are_equal(frame.colour, before.colour)
     # as bits: NaN differs from itself
-    depth = _is_same(frame.depth.view(np.int32), before.depth.view(np.int32))
-    if colour:
-        return Repeat.BOTH if depth else Repeat.COLOUR
-    return Repeat.DEPTH if depth else Repeat.NONE
+    bits = frame.depth.view(np.int32)
+    depth = are_equal(bits, before.depth.view(np.int32))
+    of_colour = colour and _shows_something(frame.colour)
+    of_depth = depth and _shows_something(bits)
+    if colour and depth and (of_colour or of_depth):
+        return Repeat.BOTH
+    if of_colour:
+        return Repeat.COLOUR
+    return Repeat.DEPTH if of_depth else Repeat.NONE
 
 
-def _is_same(image: np.ndarray, before: np.ndarray) -> bool:
-    """Return whether two images are equal and show something: all covered lenses see the same."""
-    return are_equal(image, before) and bool(image.min() != image.max())
+def _shows_something(image: np.ndarray) -> bool:
+    return bool(image.min() != image.max())
 
 
 def are_equal(image: np.ndarray, other: np.ndarray) -> bool:

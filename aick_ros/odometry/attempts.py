@@ -87,10 +87,15 @@ class Attempts:
                 else:
                     yield attempt
         last = references.last.stamp
-        if motion is None and self._motion_model.holds(seconds(last, prepared.stamp)):
+        if motion is None and self._is_near_by_depth(prepared, seconds(last, prepared.stamp)):
             motion = self._expected.between(last, prepared.stamp, None)
         if motion is not None:
             yield from self._by_depth(prepared, references, motion, velocity, views)
+        lost = references.lost_in_the_dark
+        if lost is not None and self._is_near_by_depth(
+                prepared, seconds(lost.stamp, prepared.stamp)):
+            motion = self._expected.between(lost.stamp, prepared.stamp, None)
+            yield self._by_depth_of(lost, prepared, motion, motion.covariance, (), is_moving=True)
         yield from doubtful
 
     def by_tracking(self, prepared: PreparedFrame, references: References,
@@ -138,23 +143,51 @@ class Attempts:
                 tracked if reference is references.keyframe else None))
             yield attempt if expected is not None else self._recognised(attempt, prepared)
 
+    def _is_near_by_depth(self, prepared: PreparedFrame, elapsed: float) -> bool:
+        """
+        Return whether a frame may be registered by depth alone where no motion is known.
+
+        Without keypoints it is for longer: until the camera may have turned in any direction, and
+        as long as images repeat that show rest.
+        """
+        if prepared.repeat is Repeat.BOTH:
+            return True
+        if len(prepared.keypoints) < self._min_matches:
+            return not self._motion_model.is_unlimited(elapsed)
+        return self._motion_model.holds(elapsed)
+
     def _by_depth(self, prepared: PreparedFrame, references: References,
                   motion: PoseWithCovariance, velocity: Velocity,
                   views: KnownViews) -> Iterator[Attempt]:
+        twist = velocity.twist
+        if twist is None and velocity.is_confirmed:
+            twist = np.zeros(6)
         blind = PoseWithCovariance(motion.matrix, self._expected.between(
             velocity.confirmed, prepared.stamp,
-            np.zeros(6) if velocity.is_confirmed else None).covariance)
+            twist if velocity.is_confirmed else None).covariance)
         for reference in references.depth_references():
             T_reference_last = _from(reference, references.last)
             expected = T_reference_last @ motion
-            beside = (reference.prepared, expected, (T_reference_last @ blind).covariance,
-                      views(reference, expected.matrix))
-            found = self._registrar.register_depth(prepared, *beside)
-            if velocity.twist is None and found.status.ok:
-                # once more, as the camera has moved between the times of colour and of depth
-                found = self._registrar.register_depth(
-                    prepared.moving(_twist_by_depth(prepared, reference, found)), *beside)
-            yield self._checked(prepared, reference, found)
+            yield self._by_depth_of(
+                reference, prepared, expected, (T_reference_last @ blind).covariance,
+                views(reference, expected.matrix), is_moving=velocity.twist is None)
+
+    def _by_depth_of(self, reference: Reference, prepared: PreparedFrame,
+                     expected: PoseWithCovariance, unobserved: np.ndarray,
+                     views: Sequence[KnownView], is_moving: bool) -> Attempt:
+        """
+        Return the registration of a frame to the depth of a reference.
+
+        :param unobserved: 6x6, the covariance of what no surface shows.
+        :param is_moving: at a velocity that is not known: it is registered once more with the one
+            found, as the camera has moved between the times of colour and of depth.
+        """
+        beside = reference.prepared, expected, unobserved, views
+        found = self._registrar.register_depth(prepared, *beside)
+        if is_moving and found.status.ok:
+            found = self._registrar.register_depth(
+                prepared.moving(_twist_by_depth(prepared, reference, found)), *beside)
+        return self._checked(prepared, reference, found)
 
     def _checked(self, prepared: PreparedFrame, reference: Reference,
                  seen: Registration) -> Attempt:

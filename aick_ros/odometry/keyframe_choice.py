@@ -45,6 +45,7 @@ class KeyframeChoice:
             self._by_keypoints(references, last, attempt)
 
     def _by_depth(self, references: References, last: Reference, attempt: Attempt) -> None:
+        references.confirm(attempt.reference)
         if self._policy.keeps_depth_reference(attempt.reference.stamp, attempt.seen):
             references.track_by_depth(last, attempt.reference)
         else:

@@ -38,7 +38,8 @@ def known_views(references: References, views_beside: ViewsBeside, target: Refer
              *(KnownView(reference.prepared,
                          se3.inverse(reference.pose.matrix) @ target.pose.matrix)
                for reference in references.earlier_depth_references)]
-    views = [view for view in views if view.prepared.stamp != target.stamp]
+    views = [view for view in views if view.prepared.stamp != target.stamp
+             and references.are_linked(view.prepared.stamp, target.stamp)]
     if not views:
         return []
     poses = np.array([se3.inverse(view.T_view_target) for view in views])

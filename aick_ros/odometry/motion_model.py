@@ -78,9 +78,12 @@ class MotionModel:
         """
         Return after which time [s] a camera whose images do not change has come to rest.
 
-        :param twist: its velocity before; None: unknown, zero.
+        :param twist: its velocity before; None: it was never measured, and may be any within the
+            limits.
         """
-        velocity = np.zeros(6) if twist is None else np.abs(twist)
+        velocity = np.repeat([self._max_speed, self._max_turn_rate], 3) / _WITHIN_LIMITS
+        if twist is not None:
+            velocity = np.abs(twist)
         return self._hold_time + max(
             float(velocity[:3].max()) / self._acceleration_sigma,
             float(velocity[3:].max()) / self._angular_acceleration_sigma)

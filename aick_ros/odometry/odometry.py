@@ -285,12 +285,15 @@ class Odometry:
             failures.append(attempt)
         if prepared.repeat is Repeat.COLOUR:
             return self._hold(prepared, self._references.last, 'depth does not show the motion')
+        if prepared.repeat is Repeat.DEPTH and not self._has_keypoints(prepared):
+            return self._hold(prepared, self._references.last,
+                              f'depth repeats, {len(prepared.keypoints)} keypoints')
         return self._lose(prepared, failures[0], self._references)
 
     def _start(self, prepared: PreparedFrame) -> OdometryUpdate:
         """Make a frame the first keyframe."""
         count, least = len(prepared.keypoints), self._settings.odometry.min_matches
-        is_by_depth = count < least
+        is_by_depth = not self._has_keypoints(prepared)
         if is_by_depth and not shows_enough(prepared):
             shortage = depth.shortage(prepared.frame.depth, self._settings.sensor)
             reason = f'{count} keypoints with depth, at least {least} are required'
@@ -304,6 +307,10 @@ class Odometry:
             self._references.track_by_depth(first, first)
             reason += ', by depth alone'
         return self._update(prepared, Status.FIRST_FRAME, reason, recovered=recovered)
+
+    def _has_keypoints(self, prepared: PreparedFrame) -> bool:
+        """Return whether a frame has as many keypoints as a registration needs."""
+        return len(prepared.keypoints) >= self._settings.odometry.min_matches
 
     def _track(self, prepared: PreparedFrame, attempt: Attempt,
                references: References) -> OdometryUpdate:
@@ -363,7 +370,7 @@ class Odometry:
         last, twist = references.last, self._velocity.twist
         pose = self._path.move_to(last.pose @ self._expected.without_images(
             last.stamp, prepared.stamp, twist))
-        if len(prepared.keypoints) >= self._settings.odometry.min_matches:
+        if self._has_keypoints(prepared) or shows_enough(prepared):
             references.lose(Reference(prepared, pose, loss=references.loss_before(
                 prepared.stamp, twist, self._motion_model)))
         return self._update(

@@ -17,6 +17,7 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.registration.result import Registration, SensorBias
+from aick_ros.registration.tracks import FEWEST_TO_CONFIRM
 
 # chosen on a rendered camera that is lifted while a hand covers it
 _EARLIER_FRAMES = 3
@@ -162,6 +163,12 @@ class References:
         self._turn += self._lost is not None
         self._lost, self.loss = lost, lost.loss
 
+    @property
+    def lost_in_the_dark(self) -> Reference | None:
+        """The last frame, lost without keypoints: the next one may show the same surfaces."""
+        lost = self._lost
+        return lost if lost is not None and _is_dark(lost) else None
+
     def loss_before(self, stamp: int, twist: np.ndarray | None, model: MotionModel) -> Loss:
         """
         Return what was known before a loss, or before an earlier one that is still in doubt.
@@ -178,6 +185,11 @@ class References:
         """Forget the loss, if the reference that a frame was registered to is from before it."""
         if self.loss is not None and reference.stamp <= self.loss.last.stamp:
             self.loss = None
+
+    def are_linked(self, stamp: int, other: int) -> bool:
+        """Return whether the motion between frames with two stamps [ns] was measured."""
+        return self.loss is None or (
+            (stamp > self.loss.last.stamp) == (other > self.loss.last.stamp))
 
     def is_blurred(self) -> bool:
         """Return whether the keyframe is blurred beyond use, beside the one before the blur."""
@@ -205,7 +217,7 @@ class References:
         """
         is_sharp = self.is_blurred() and not prepared.is_blurred_beside(self.sharp.prepared)
         first = [self.sharp, self.keyframe] if is_sharp else [self.keyframe]
-        at_the_end = [] if self._lost is None else [self._lost]
+        at_the_end = [] if self._lost is None or _is_dark(self._lost) else [self._lost]
         before = [] if self.loss is None else [self.loss.last]
         known = {reference.stamp for reference in first}
         others = {reference.stamp: reference
@@ -216,3 +228,8 @@ class References:
         yield from first
         yield from list(in_turn)[:_MAX_ATTEMPTS - len(first) - len(at_the_end)]
         yield from at_the_end
+
+
+def _is_dark(reference: Reference) -> bool:
+    """Return whether a frame has too few keypoints for another one to be registered to it."""
+    return len(reference.prepared.keypoints) < FEWEST_TO_CONFIRM

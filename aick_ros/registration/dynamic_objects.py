@@ -192,7 +192,8 @@ def _at(pose: PoseWithCovariance, found: Registration, rest: Refined,
     """
     fit = rest.fit
     if fit is not None and not _differ(found, rest):
-        fit = dataclasses.replace(fit, objects=found.fit and found.fit.objects)
+        known = None if found.fit is None else found.fit.objects
+        fit = dataclasses.replace(fit, objects=known)
     return dataclasses.replace(
         _of_the_rest(found, rest, reason), T_target_source=pose.matrix, fit=fit,
         covariance=pose.covariance, systematic=np.zeros((6, 6)), evidence=Evidence.DEPTH)

@@ -49,6 +49,16 @@ def test_what_shows_nothing_does_not_repeat(frame):
     assert repeat_of(again(covered), covered) is Repeat.NONE
 
 
+@pytest.mark.parametrize('covered', ['colour', 'depth'])
+def test_where_one_image_shows_nothing_the_other_one_says_whether_both_repeat(frame, covered):
+    nothing = np.zeros_like(frame.colour) if covered == 'colour' else np.full_like(
+        frame.depth, np.nan)
+    before = dataclasses.replace(frame, **{covered: nothing})
+    changed = {'colour': [(0, 0, 0)]} if covered == 'depth' else {'depth': [(0, 0)]}
+    assert repeat_of(again(before), before) is Repeat.BOTH
+    assert repeat_of(again(before, **changed), before) is Repeat.NONE
+
+
 def test_another_resolution_is_another_image(frame):
     half = dataclasses.replace(frame, colour=frame.colour[:6], depth=frame.depth[:6],
                                camera=Camera(16, 6, 20.0, 20.0, 8.0, 3.0))

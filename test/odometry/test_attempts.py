@@ -108,11 +108,29 @@ def test_keypoints_come_before_depth(references):
     assert order(view(0.2), references) == BY_KEYPOINTS + BY_DEPTH
 
 
-def test_depth_alone_is_tried_within_the_hold_time(references):
-    """Without a velocity, too: as at the start in the dark."""
+@pytest.mark.parametrize('keypoints, limit', [
+    (range(300), 0.3), (range(12), 0.3), (range(11), np.pi / 6.0), (range(0), np.pi / 6.0)])
+def test_depth_alone_is_tried_as_long_as_the_motion_is_limited(references, keypoints, limit):
+    """With keypoints, which fail, for the hold time; without until the camera may be turned."""
     for twist in (np.zeros(6), None):
-        assert order(view(0.39), references, twist=twist) == BY_KEYPOINTS + BY_DEPTH
-        assert order(view(0.41), references, twist=twist) == BY_KEYPOINTS
+        before, after = (view(0.1 + limit + margin, keypoints=keypoints)
+                         for margin in (-0.01, 0.01))
+        assert order(before, references, twist=twist) == BY_KEYPOINTS + BY_DEPTH
+        assert order(after, references, twist=twist) == BY_KEYPOINTS
+
+
+def test_images_that_repeat_for_long_are_registered_by_depth_alone_too(references):
+    now = view(9.0, keypoints=range(0), repeat=Repeat.BOTH)
+    assert order(now, references, twist=None) == BY_KEYPOINTS + BY_DEPTH
+
+
+@pytest.mark.parametrize('keypoints, is_by_depth', [(range(11), True), (range(12), False)])
+def test_the_last_frame_lost_in_the_dark_is_a_depth_reference(references, keypoints, is_by_depth):
+    references.lose(Reference(view(5.0, keypoints=keypoints), PoseWithCovariance.identity()))
+    found = order(view(5.1, keypoints=range(0)), references)
+    others = [] if is_by_depth else [(Evidence.KEYPOINTS, 5.0)]
+    assert found == BY_KEYPOINTS + others + is_by_depth * [(Evidence.DEPTH_ALONE, 5.0)]
+    assert order(view(5.6, keypoints=range(0)), references) == BY_KEYPOINTS + others
 
 
 @pytest.mark.parametrize('after, keypoints, support, is_recognised', [
@@ -360,6 +378,18 @@ def test_by_depth_the_motion_and_what_nothing_observes_are_in_the_axes_of_the_re
         np.testing.assert_allclose(motion.covariance, since.covariance, atol=1e-12)
         blind = T_reference_last @ PoseWithCovariance(MOTION.matrix, BLIND.covariance)
         np.testing.assert_allclose(unobserved, blind.covariance, atol=1e-12)
+
+
+@pytest.mark.parametrize('twist, is_confirmed, expected', [
+    (TWIST, True, TWIST), (None, True, np.zeros(6)), (TWIST, False, None), (None, False, None)])
+def test_where_no_surface_shows_the_motion_sensors_are_compared_with_the_velocity(
+        moved, twist, is_confirmed, expected):
+    asked = Expected()
+    list(Attempts(Settings(), Playing(), asked).of(
+        view(0.3, repeat=Repeat.COLOUR), moved,
+        Velocity(twist, confirmed=stamp(0.02), is_confirmed=is_confirmed), none_known))
+    (given,) = [given[3] for given in asked.asked if given[:2] == ('between', stamp(0.02))]
+    np.testing.assert_array_equal(given, expected)
 
 
 def test_by_depth_it_is_told_what_is_known_beside_each_reference(moved):

@@ -37,6 +37,11 @@ def without_light(frame):
     return dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
 
 
+def after_a_second(frame):
+    depth_stamp = frame.depth_stamp and frame.depth_stamp + NANOSECONDS
+    return dataclasses.replace(frame, stamp=frame.stamp + NANOSECONDS, depth_stamp=depth_stamp)
+
+
 def error(update, frames, pose):
     true = se3.inverse(pose(frames[0].stamp)) @ pose(update.stamp)
     E = se3.inverse(true) @ update.T_odom_camera
@@ -84,6 +89,25 @@ def test_a_camera_may_start_in_the_dark(rendered, lit):
     by_keypoints = {i for i in range(COUNT) if updates[i].evidence is Evidence.KEYPOINTS}
     assert by_keypoints == set(lit[1:])  # to a frame with keypoints
     assert max(error(update, *rendered)[0] for update in updates) < 0.005
+
+
+@pytest.mark.parametrize('is_lit', [False, True])
+def test_after_a_loss_in_the_dark_depth_carries_on_from_there(rendered, is_lit):
+    """A second without any image: the motion meanwhile is not known, those after it are."""
+    frames, pose = rendered
+    dark = list(map(without_light, frames))
+    later = [after_a_second(frame) for frame in dark[8:]]
+    odometry = Odometry()
+    updates = [odometry.register_frame(frame) for frame in [
+        *(frames if is_lit else dark)[:4], *later]]
+    assert [u.status.is_lost for u in updates] == [False] * 4 + [True] + [False] * 9
+    assert {u.evidence for u in updates[5:]} == {Evidence.DEPTH_ALONE}
+    assert np.sqrt(updates[-1].pose.covariance[0, 0]) > 0.3  # the second is not known
+    motion = se3.inverse(updates[4].T_odom_camera) @ updates[-1].T_odom_camera
+    true = se3.inverse(pose(frames[8].stamp)) @ pose(frames[-1].stamp)
+    assert np.linalg.norm(motion[:3, 3] - true[:3, 3]) < 0.005
+    found = odometry.register_frame(after_a_second(after_a_second(frames[4])))
+    assert (found.evidence is Evidence.KEYPOINTS) == is_lit  # where the light went out
 
 
 @pytest.mark.parametrize('share', [0.0, 0.01])

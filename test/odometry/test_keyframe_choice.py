@@ -178,9 +178,11 @@ def test_a_lost_frame_that_serves_on_keeps_its_doubt_and_the_next_keyframe_has_n
 
 
 @pytest.mark.parametrize('before', [0, -1])
-def test_a_frame_registered_to_one_from_before_a_loss_ends_the_doubt(before):
+@pytest.mark.parametrize('is_by_depth', [False, True])
+def test_a_frame_registered_to_one_from_before_a_loss_ends_the_doubt(is_by_depth, before):
     """The keyframe is of the time 0."""
-    references, _, _, _ = advance(True, loss=Loss(Reference(View(before), pose_at(0)), None))
+    references, _, _, _ = advance(True, is_by_depth=is_by_depth,
+                                  loss=Loss(Reference(View(before), pose_at(0)), None))
     assert (references.loss is None) == (before == 0)
 
 

@@ -112,12 +112,16 @@ def test_increments_at_a_limit_are_within_it():
 
 
 @pytest.mark.parametrize('twist, seconds', [
-    (None, 0.3), ([0.6, 0, 0, 0, 0, 0], 0.5), ([-0.6, 0, 0, 0, 0, 6.0], 0.7),
+    (None, 0.3 + 2.7 / 3 / 3.0), ([0.6, 0, 0, 0, 0, 0], 0.5), ([-0.6, 0, 0, 0, 0, 6.0], 0.7),
     ([0, -0.6, 0, 0, 0, 0], 0.5), ([0, 0, 0, 0, -3.0, 0], 0.5)])
 def test_the_time_to_rest_is_that_to_stop_after_the_hold_time(twist, seconds):
-    """0.6 m/s at 3 m/s^2 stop in 0.2 s, 6 rad/s at 15 rad/s^2 in 0.4 s."""
+    """
+    0.6 m/s at 3 m/s^2 stop in 0.2 s, 6 rad/s at 15 rad/s^2 in 0.4 s.
+
+    A velocity that was never measured is within three standard deviations of the limits.
+    """
     model = MotionModel(OdometrySettings(
-        hold_time=0.3, acceleration_sigma=3.0, angular_acceleration_sigma=15.0))
+        hold_time=0.3, max_speed=2.7, acceleration_sigma=3.0, angular_acceleration_sigma=15.0))
     assert model.time_to_rest(None if twist is None else np.array(twist)) == pytest.approx(seconds)
 
 

@@ -146,7 +146,7 @@ class View:
 
     def __init__(self, seconds, sharpness):
         self.stamp, self.sharpness = round(seconds * NANOSECONDS), sharpness
-        self.is_bare = False
+        self.is_bare, self.keypoints = False, range(300)
 
     def is_blurred_beside(self, other):
         return self.sharpness < other.sharpness
@@ -227,6 +227,18 @@ def test_the_last_frame_before_a_loss_is_tried_until_one_from_before_it_is_found
     assert seconds(references) == [2.0, *([] if found < 2.0 else [1.3]), 2.1,
                                    *([1.2] if found < 2.0 else [])]
     assert found < 2.0 or list(references.candidates(View(9.0, 1)))[1].prepared.is_bare
+
+
+def test_of_frames_before_and_after_a_loss_no_motion_between_them_is_known():
+    references = tracked([0.0, 0.1, 0.2], keyframe=0.0)
+    loss = Loss(references.last.bare(), None)
+    before, after = (0, references.last.stamp), (references.last.stamp + 1, 9 * NANOSECONDS)
+    references.lose(Reference(View(1.0, 1), ORIGIN, loss=loss))
+    assert references.are_linked(*before) and references.are_linked(*after)
+    assert not any(references.are_linked(*pair)
+                   for one in before for other in after for pair in ((one, other), (other, one)))
+    references.confirm(references.keyframe)
+    assert references.are_linked(before[0], after[0])
 
 
 @pytest.mark.parametrize('is_lost', [True, False])

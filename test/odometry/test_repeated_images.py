@@ -143,6 +143,26 @@ def test_a_depth_image_that_repeats_does_not_hold_the_camera(rendered):
     assert is_at(updates[7], pose, frames[0].stamp)
 
 
+def test_a_depth_image_that_repeats_in_the_dark_is_no_loss(rendered):
+    frames, _ = rendered
+    shown = [dataclasses.replace(frame, colour=np.full_like(frame.colour, i % 3),
+                                 depth=frames[i - i % 2].depth) for i, frame in enumerate(frames)]
+    updates = follow(shown)
+    assert [u.status for u in updates[1:]] == [
+        Status.OK if i % 2 else Status.REPEATED for i in range(COUNT - 1)]
+    assert updates[1].reason == 'depth repeats, 0 keypoints'
+
+
+def test_images_of_a_dark_room_that_do_not_change_show_rest(rendered):
+    dark = [dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
+            for frame in standing(rendered[0], 40)[3:]]
+    updates = follow(dark)
+    rest = next(i for i, u in enumerate(updates[1:]) if u.status is not Status.REPEATED) + 1
+    assert 0.6 < (dark[rest].stamp - dark[0].stamp) / NANOSECONDS < 0.7  # 0.3 s, 1 m/s to stop
+    assert {u.status for u in updates[rest:]} == {Status.OK}
+    assert np.linalg.norm(updates[-1].pose.translation) < 1e-3
+
+
 def test_a_frame_with_an_image_that_repeats_becomes_no_keyframe(rendered, monkeypatch):
     frames, _ = rendered
     monkeypatch.setattr('aick_ros.odometry.keyframe.KeyframePolicy.advance', lambda *_: False)

@@ -491,6 +491,24 @@ def test_the_motion_of_what_has_moved_before_is_not_believed(play, made):
     assert checked.reason == '70 keypoints are on what has moved before'
 
 
+@pytest.mark.parametrize('known', [True, False])
+@pytest.mark.parametrize('sigma, differs', [(0.001, True), (0.1, False)])
+def test_only_two_motions_that_differ_show_that_objects_move(play, made, known, sigma, differs):
+    """Else what was found before stays as old as it is, and is forgotten in time."""
+    before, now = ('objects before' if known else None), 'objects now'
+    rest = Fit(np.ones(3), 0.5, objects=now)
+    played = on_known_objects(play, made, 1.0, rest) if known else play(tracked=(11, 0))
+    played.answers = [dataclasses.replace(each, fit=rest, covariance=sigma ** 2 * np.eye(6))
+                      for each in played.answers]
+    played.found = dataclasses.replace(
+        played.found, covariance=1e-8 * np.eye(6),
+        fit=Fit(np.ones(70), 1.0, float(known), before))
+    checked = played.check()
+    assert checked.evidence is Evidence.DEPTH
+    assert checked.fit.objects == (now if differs else before)
+    assert checked.fit.scene_share == 0.5
+
+
 @pytest.mark.parametrize('share, rest', [
     (0.69, Fit(np.ones(3), 0.5)), (1.0, Fit(np.ones(3), 0.01)), (1.0, Fit(np.ones(3), 0.5, 0.31)),
     (1.0, None)])
