@@ -17,16 +17,20 @@ def of_reading(reading: Reading, is_untracked: bool = False) -> int:
 
     :param is_untracked: whether no frame of it was tracked, which has been said.
     """
-    code = of_damage(reading.damage)
+    code = of_damage(reading.damage, is_untracked)
     if reading.ended == INTERRUPTED:
         return exit_codes.INTERRUPTED_BY_USER
     if reading.ended != COMPLETE:
         say(reading.ended)
         return exit_codes.UNUSABLE_INPUT
-    return exit_codes.UNUSABLE_INPUT if is_untracked else code
+    return code
 
 
-def of_damage(damage: DamageLog) -> int:
-    """Report the number of skipped images, and return the exit code."""
+def of_damage(damage: DamageLog, is_untracked: bool = False) -> int:
+    """
+    Report the number of skipped images, and return the exit code.
+
+    :param is_untracked: whether no frame was tracked, which has been said.
+    """
     damage.close()
-    return exit_codes.UNUSABLE_INPUT if damage.count else exit_codes.DONE
+    return exit_codes.UNUSABLE_INPUT if damage.count or is_untracked else exit_codes.DONE

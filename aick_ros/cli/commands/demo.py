@@ -20,7 +20,7 @@ from aick_ros.cli.input import options
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.input.ros import without_ros
-from aick_ros.cli.output.console import line, progress, table
+from aick_ros.cli.output.console import line, progress, say, table
 from aick_ros.cli.output.demo_report import live_statistics, plot_path, table_rows
 from aick_ros.cli.output.files import write_json
 from aick_ros.cli.output.run_folder import whole_folder
@@ -81,14 +81,11 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
         bag, topics = _playable_bag(source, recording, folder, damage)
         with progress('playing to odom_node', len(recording)) as show:
             run = play(bag, topics, show)
-        if not run.answers:
-            raise InputError(f'odom_node answered none of the {len(run.published_at)} frames of '
-                             f'{recording.name}: see its log above')
-        estimate = Trajectory(np.array([answer.stamp for answer in run.answers]),
-                              np.array([answer.T_odom_base for answer in run.answers]))
+        estimate = _published(run, recording.name)
         write_trajectory(folder / files.TRAJECTORY, estimate)
-    truth = _of_base(recording.ground_truth)
-    statistics = live_statistics(recording.name, run, compare(estimate, truth) if truth else None)
+    truth, is_tracked = _of_base(recording.ground_truth), any(a.tracked for a in run.answers)
+    statistics = live_statistics(
+        recording.name, run, compare(estimate, truth) if truth and is_tracked else None)
     if json is not None:
         write_json(json, statistics)
     on_stderr = json == STANDARD_OUTPUT
@@ -99,7 +96,18 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     line(f'plot: {plot}', on_stderr)
     if bag.is_relative_to(folder):
         line(f'played bag (may be deleted): {bag}', on_stderr)
-    return outcome.of_damage(damage)
+    if not is_tracked:
+        say(f'no frame of {recording.name} was tracked: see the log of odom_node above')
+    return outcome.of_damage(damage, is_untracked=not is_tracked)
+
+
+def _published(run: LiveRun, name: str) -> Trajectory:
+    """Return the trajectory that the node published; InputError where there is none."""
+    if not run.answers:
+        raise InputError(f'odom_node answered none of the {len(run.published_at)} frames of '
+                         f'{name}: see its log above')
+    return Trajectory(np.array([answer.stamp for answer in run.answers]),
+                      np.array([answer.T_odom_base for answer in run.answers]))
 
 
 def _recording(path: str | None, frames: int, reading: SourceOptions) -> RgbdSource:

@@ -14,7 +14,7 @@ from aick_ros.cli.commands import demo
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory, read_trajectory
-from aick_ros.ros.playback.answers import Answer, LiveRun
+from aick_ros.ros.playback.answers import UNKNOWN, Answer, LiveRun
 from aick_ros.sources import SourceOptions
 
 T_BASE_CAMERA = np.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
@@ -67,6 +67,13 @@ def played(monkeypatch, recording):
     monkeypatch.setattr(demo, 'plot_path',
                         lambda *parts: (asked.plotted.append(parts), 'a.png')[1])
     return asked
+
+
+@pytest.fixture
+def lost(recording):
+    """Return the answers of a node that tracks no frame."""
+    return [Answer(frame.stamp, np.eye(4), UNKNOWN, np.zeros(6), 0.05 + i)
+            for i, frame in enumerate(recording.frames(None))]
 
 
 def test_a_rendered_sequence_is_played_and_scored(aick, played, recording, tmp_path):
@@ -170,6 +177,17 @@ def test_without_ground_truth_there_are_no_errors(aick, played, monkeypatch, rec
     content = json.loads(aick('demo', 'desk', '--json', '-').out)
     assert set(content['trajectory'].values()) == {None}
     assert played.plotted[0][3] is None
+
+
+def test_a_recording_of_which_nothing_was_tracked_has_no_errors_and_says_so(aick, played, lost):
+    """As one whose depth images are empty: poses at the start are no measurement."""
+    played.answers = lost
+    outcome = aick('demo', 'desk', '--json', '-')
+    content = json.loads(outcome.out)
+    assert content['frames_not_tracked'] == content['frames_answered'] > 0
+    assert set(content['trajectory'].values()) == {None}
+    assert outcome.code == 2 and outcome.err.splitlines()[-1] == (
+        'aick: no frame of in memory was tracked: see the log of odom_node above')
 
 
 def test_a_node_without_answers_is_an_error_that_leaves_nothing(aick, played, tmp_path):
