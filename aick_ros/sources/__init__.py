@@ -118,6 +118,8 @@ def _path(path: object, name: str) -> Path:
     """Return a path; InputError where it is neither that nor its text."""
     if not isinstance(path, str | Path):
         raise InputError(f'{name} is of the type {type(path).__name__}: a path is required')
+    if path == '':  # which pathlib takes for the current folder
+        raise InputError(f'{name} is an empty text: a path is required')
     return Path(path)
 
 

@@ -87,6 +87,16 @@ def test_other_paths_are_rejected_with_the_known_kinds(tmp_path, content, reason
         open_source(path)
 
 
+def test_an_empty_text_is_not_taken_for_the_current_folder(recorded_folder, monkeypatch):
+    """As that of a shell's variable that is not set: the folder may be a recording."""
+    monkeypatch.chdir(recorded_folder)
+    assert len(open_source('.')) > 0
+    with pytest.raises(InputError, match='^the source is an empty text: a path is required$'):
+        open_source('')
+    with pytest.raises(InputError, match='^camera is an empty text: a path is required$'):
+        SourceOptions(camera='')
+
+
 def test_another_file_is_rejected(tmp_path):
     (tmp_path / 'a.txt').write_text('')
     with pytest.raises(InputError, match='a.txt is not a known kind of recording'):
