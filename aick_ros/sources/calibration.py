@@ -40,7 +40,7 @@ def read_camera(path: Path) -> Camera:
     """
     text = read_text(path, 'the calibration', MAX_CONFIGURATION_BYTES)
     try:
-        fields = _from_yaml(text) if path.suffix in _YAML else bounded_json(text)
+        fields = _from_yaml(text) if path.suffix in _YAML else _from_json(text)
     except ValueError as error:  # InputError is one
         raise InputError(f'cannot read the calibration {path}: {error}') from None
     try:
@@ -70,6 +70,15 @@ def _whole(value: Any) -> int:
     if isinstance(value, bool) or isinstance(value, float) and not value.is_integer():
         raise TypeError
     return int(value)
+
+
+def _from_json(text: str) -> Any:
+    """Return the content; ValueError where the text is not JSON."""
+    try:
+        return bounded_json(text)
+    except json.JSONDecodeError as error:
+        raise InputError(f'it is not JSON ({error}): a file of camera_calibration is read where '
+                         f'its name ends with {" or ".join(_YAML)}') from None
 
 
 def _from_yaml(text: str) -> Any:

@@ -38,7 +38,9 @@ def test_distortion_is_optional(tmp_path):
 
 
 @pytest.mark.parametrize('text, reason', [
-    ('{"width": 640', 'cannot read the calibration'),
+    ('{"width": 640', r'cannot read the calibration .*: it is not JSON \(.*line 1 column 14.*\): '
+     'a file of camera_calibration is read where its name ends with .yaml or .yml$'),
+    ('image_width: 640', 'it is not JSON .* ends with .yaml or .yml$'),
     ('', 'cannot read the calibration .*: it is empty$'),
     (json.dumps({**FIELDS, 'k': [float('nan')] * 9}), 'cannot read the calibration .*NaN'),
     (json.dumps({**FIELDS, 'd': [1e200]}), 'cannot read the calibration .*1e'),
