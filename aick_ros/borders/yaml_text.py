@@ -14,6 +14,9 @@ from aick_ros.borders.limits import MAX_YAML_DEPTH, MAX_YAML_VALUES
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 
+_UNNAMED = ' in "<unicode string>", '
+"""What PyYAML puts before a line, as it has only the text; the name is in our sentences."""
+
 
 class _ParameterLoader(yaml.SafeLoader):
     """Loader to which plain words are text that are so to rcl: null, ~ and dates."""
@@ -65,7 +68,8 @@ def _parsed(text: str, loader_class: type[yaml.SafeLoader]) -> Any:
     except InputError:
         raise
     except yaml.YAMLError as error:
-        raise InputError(f'it is not YAML: {" ".join(str(error).split())}') from None
+        reason = ' '.join(str(error).split()).replace(_UNNAMED, ' in ')
+        raise InputError(f'it is not YAML: {reason}') from None
     except (ValueError, TypeError, OverflowError, AttributeError, LookupError) as error:
         # dates that do not exist, integers of thousands of digits, !!bool maybe
         raise InputError(f'it is not YAML: a value is not of its type ({error})') from None
