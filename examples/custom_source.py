@@ -12,7 +12,9 @@ usage: custom_source.py FILE.npz
 """
 
 import sys
+import zipfile
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
@@ -21,6 +23,8 @@ from aick_ros import Camera, InputError, Odometry, RgbdFrame
 
 def frames(path: str) -> Iterator[RgbdFrame]:
     """Yield the frames of a file; a source is whatever yields these in order of their stamps."""
+    if Path(path).is_file() and not zipfile.is_zipfile(path):
+        raise InputError('it is not an .npz file, which numpy.savez writes, or is truncated')
     with np.load(path) as arrays:
         height, width = arrays['depth'].shape[1:]
         camera = Camera.from_camera_info(width, height, arrays['k'].ravel())
@@ -42,5 +46,7 @@ if __name__ == '__main__':
         sys.exit(__doc__)
     try:
         main(sys.argv[1])
-    except (InputError, OSError, KeyError) as error:  # KeyError: an array that is missing
+    except OSError as error:
+        sys.exit(f'{sys.argv[1]}: {error.strerror}')
+    except (InputError, KeyError) as error:  # KeyError: an array that is missing
         sys.exit(f'{sys.argv[1]}: {error}')

@@ -5,7 +5,7 @@
 """
 The paper in twenty lines: two frames registered by AICK alone, without an initial guess.
 
-usage: register_two_frames.py SOURCE [GAP]
+usage: register_two_frames.py SOURCE [GAP]     GAP: a whole number of frames from 1 on (5)
 """
 
 import sys
@@ -26,7 +26,7 @@ def register(path: str, gap: int = 5) -> Registration:
 
 
 if __name__ == '__main__':
-    if len(sys.argv) < 2:
+    if len(sys.argv) < 2 or not all(gap.isdecimal() and int(gap) for gap in sys.argv[2:]):
         sys.exit(__doc__)
     try:
         found = register(sys.argv[1], *map(int, sys.argv[2:]))

@@ -45,6 +45,23 @@ def test_a_recording_that_is_too_short_for_the_gap_is_named(tmp_path):
     assert line == f'{tmp_path}/room has no frame 9 after its first: give a smaller GAP'
 
 
+@pytest.mark.parametrize('gap', ['five', '0', '-1', '1.5', ''])
+def test_a_gap_that_is_no_whole_number_of_frames_prints_the_usage(gap):
+    ended = subprocess.run(
+        [sys.executable, str(EXAMPLES[0].with_name('register_two_frames.py')), 'synthetic:1', gap],
+        capture_output=True, text=True)
+    assert (ended.returncode, 'Traceback' in ended.stderr) == (1, False)
+    assert 'GAP: a whole number of frames from 1 on' in ended.stderr
+
+
+@pytest.mark.parametrize('content', [b'', b'text', b'PK\x03\x04', b'\x93NUMPY'])
+def test_a_file_that_is_no_archive_of_arrays_is_named(tmp_path, content):
+    (tmp_path / 'own.npz').write_bytes(content)
+    line = sentence(EXAMPLES[0].with_name('custom_source.py'), tmp_path / 'own.npz')
+    assert line == (f'{tmp_path}/own.npz: it is not an .npz file, which numpy.savez writes, or is '
+                    'truncated')
+
+
 def test_an_array_that_is_missing_is_named(tmp_path):
     np.savez(tmp_path / 'own.npz', k=np.eye(3))
     line = sentence(EXAMPLES[0].with_name('custom_source.py'), tmp_path / 'own.npz')
