@@ -83,7 +83,12 @@ def _run(job: Job, recording: str | Path) -> Finished:
     source = open_source(recording, job.options)
     reading = Reading(source, job.limit, ahead=False)  # one thread, as cv2 above
     damaged: list[InputError] = []
-    evaluation = evaluate(reading, job.settings, job.gaps, on_damaged=damaged.append)
+    try:
+        evaluation = evaluate(reading, job.settings, job.gaps, on_damaged=damaged.append)
+    except InputError as error:
+        if not damaged:
+            raise
+        raise InputError(f'{error}; the first image that was skipped: {damaged[0]}') from None
     summary = summarize(reading, evaluation.records, job.settings, time.perf_counter() - start,
                         reading.ended, len(damaged))
     with tempfile.TemporaryDirectory(prefix='aick-run-', dir=worker_folder()) as parent:

@@ -93,6 +93,16 @@ def test_damaged_images_are_counted(folder):
     assert summary['wall_time_s'] == finished.figures['wall_time_s']
 
 
+def test_a_recording_without_a_usable_frame_says_why(folder):
+    """Nobody has seen the images that were skipped: they are only counted in a fleet."""
+    images = sorted((folder / 'depth').iterdir())
+    for image in images:
+        image.unlink()
+    with pytest.raises(InputError, match='desk has no usable frame; the first image that was '
+                       f'skipped: cannot read the image .*{images[0].name}: No such file'):
+        finish(folder)
+
+
 @pytest.mark.parametrize('content, cells', [
     ({'a': {'b': 1, 'c': {'d': 'x'}}, 'e': None}, {'a.b': 1, 'a.c.d': 'x', 'e': None}),
     ({'a': [1, 2], 'b': {'c': []}, 'd': True}, {'d': True}), ({1: 0.5}, {'1': 0.5}), ({}, {})])
