@@ -10,13 +10,15 @@ from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from aick_ros.evaluation.runs.table import DONE, FAILED, Row
 from aick_ros.reports import canvas, page
 
 _MOST_FAILURES = 200  # chosen
 _LONGEST_LABEL = 40  # characters, two in a row; chosen
+_WIDE = 10.0  # ratio; chosen: on a narrower logarithmic axis 1, 2 and 5 may be one label or none
+_MOST_TICKS = 5  # of such an axis; chosen
 _LEAST_ERROR = 1e-9  # [m or deg] for logarithmic axes; chosen
 
 _SCORES = {
@@ -93,7 +95,9 @@ def _draw(of_variant: Mapping[str, Sequence[Row]], columns: Sequence[str],
             colour = (f'C{number}' if number >= len(canvas.SERIES) else canvas.SERIES[number])
             axes.step(steps, shares, where='post', label=name[:_LONGEST_LABEL], color=colour)
         axes.set_xscale('log')
-        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=12))
+        low, high = axes.get_xlim()
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=12)
+                                     if high > _WIDE * low else MaxNLocator(_MOST_TICKS))
         axes.xaxis.set_major_formatter(lambda value, _: f'{value:g}')
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_xlabel(head)

@@ -138,3 +138,15 @@ def test_a_legend_has_the_beginnings_of_the_settings(drawn, count, has_legend):
 def test_an_error_of_zero_is_drawn_on_a_logarithmic_axis(drawn):
     line, = drawn([done('a', 'fast', 0.0), done('b', 'fast', 0.01)]).axes[0].lines
     np.testing.assert_allclose(line.get_xdata(), [1e-6, 1e-6, 10.0])
+
+
+@pytest.mark.parametrize('errors', [(6.7, 12.6), (0.78, 1.89), (8.0,), (5.1, 19.9), (3.0, 28.0),
+                                    (1.0, 900.0)])
+def test_an_axis_of_any_width_has_numbers_to_read_it_by(drawn, errors):
+    figure = drawn([done(str(i), 'fast', error / 1e3) for i, error in enumerate(errors)])
+    figure.draw_without_rendering()
+    axes = figure.axes[0]
+    low, high = axes.get_xlim()
+    shown = {label.get_text() for label in axes.get_xticklabels()
+             if low <= label.get_position()[0] <= high}
+    assert 2 <= len(shown) <= 12
