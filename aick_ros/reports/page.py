@@ -34,8 +34,8 @@ p { margin: .35rem 0; }
           background: #fff6ea; }
 .tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(7.3rem, 1fr));
          gap: .75rem; margin: 1.5rem 0 0; }
-.tile { padding: .7rem .9rem; border: 1px solid #e4e7eb; border-radius: .4rem; }
-.tile b { display: block; font-size: 1.35rem; line-height: 1.3; font-weight: 600;
+.tile { padding: .7rem; border: 1px solid #e4e7eb; border-radius: .4rem; }
+.tile b { display: block; font-size: 1.25rem; line-height: 1.3; font-weight: 600;
           font-variant-numeric: tabular-nums; }
 .tile span { color: #616e7c; font-size: .85rem; }
 figure { margin: 1rem 0 0; overflow-x: auto; }
