@@ -17,6 +17,8 @@ from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.reports import canvas
 
+_SHARES = 401  # chosen: points of a curve, however many frames there are
+
 
 def error_figure(errors: TrajectoryErrors, start: int) -> Figure:
     """
@@ -58,21 +60,19 @@ def tracking_figure(records: Sequence[FrameRecord]) -> Figure:
 
 
 def timing_figure(records: Sequence[FrameRecord]) -> Figure:
-    """Return the distributions of the stage times."""
+    """Return the share of the frames that take at most a time, for each stage."""
     times = {stage: np.array([record.timing[stage] for record in records
                               if stage in record.timing])
              for stage in stages_of(records) if stage != 'total'}
     longest = max(float(np.percentile(values, 99.5)) for values in times.values())
+    shares = np.linspace(0.0, 100.0, _SHARES)
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
-        bins = np.linspace(0.0, 1.05 * longest, 80)
         for (stage, values), colour in zip(times.items(), cycle(canvas.SERIES)):
-            # times beyond the axis count in its last bin
-            counts, _ = np.histogram(np.minimum(values, bins[-1]), bins)
-            axes.stairs(counts, bins, fill=True, color=colour, alpha=0.7, label=stage)
-        axes.set(title='Time per frame', xlabel='time [ms]', ylabel='frames', xlim=(0, bins[-1]),
-                 ylim=(0, None))
+            axes.plot(np.percentile(values, shares), shares, color=colour, label=stage)
+        axes.set(title='Time per frame', xlabel='time [ms]', ylabel='frames [%]',
+                 xlim=(0, 1.05 * longest), ylim=(0, 100))
         canvas.legend_above(axes)
 
     return canvas.figure(10.0, 3.0, draw)

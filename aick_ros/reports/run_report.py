@@ -95,6 +95,8 @@ def _pictures(records: Sequence[FrameRecord],
         yield page.heading('Tracking')
         yield _picture(tracking_figure(records))
     yield page.heading('Speed')
+    yield page.paragraph('Share of the frames in which a stage takes at most the time on the '
+                         'horizontal axis.', 'quiet')
     yield _picture(timing_figure(records))
 
 
