@@ -21,11 +21,12 @@ _BEYOND = 25.5  # position of the bar of the larger values
 _WIDTH = 1.0  # of a bar
 
 
-def nees_figure(values: Sequence[float], title: str) -> Figure:
+def nees_figure(values: Sequence[float], title: str, noun: str = 'increments') -> Figure:
     """
     Return the histogram of NEES and the density for correct covariances.
 
     :param values: at least one; infinite ones count as beyond the axis.
+    :param noun: of what the values are, in the plural.
     """
     nees = np.asarray(values, np.float64)
     edges = np.arange(0.0, _END + _WIDTH, _WIDTH)
@@ -45,8 +46,8 @@ def nees_figure(values: Sequence[float], title: str) -> Figure:
         _mark(axes, QUANTILE_95, '95 %')
         _mark(axes, QUANTILE_997, '99.7 %')
         axes.set_xticks([*_TICKS, _BEYOND], [*map(str, _TICKS), 'beyond'])
-        axes.set(title=title, xlabel=f'NEES, 6 degrees of freedom\n{_sentence(nees)}',
-                 ylabel='% of the increments', xlim=(0.0, _BEYOND + _WIDTH))
+        axes.set(title=title, xlabel=f'NEES, 6 degrees of freedom\n{_sentence(nees, noun)}',
+                 ylabel=f'% of the {noun}', xlim=(0.0, _BEYOND + _WIDTH))
         axes.margins(y=0.08)
         canvas.legend_above(axes)
 
@@ -59,7 +60,7 @@ def _mark(axes: Axes, quantile: float, share: str) -> None:
                   textcoords='offset points', va='top', fontsize=9, color=canvas.TRUTH)
 
 
-def _sentence(values: np.ndarray) -> str:
+def _sentence(values: np.ndarray, noun: str) -> str:
     mean = Consistency.of(values).nees_mean
-    return (f'{len(values)} increments, mean {"-" if mean is None else f"{mean:.1f}"} (correct: '
+    return (f'{len(values)} {noun}, mean {"-" if mean is None else f"{mean:.1f}"} (correct: '
             f'{DOF}), inside the 95 % ellipsoid {100 * np.mean(values <= QUANTILE_95):.1f} %')

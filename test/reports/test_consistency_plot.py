@@ -61,6 +61,9 @@ def test_texts_say_what_is_drawn():
     assert axes.get_xlabel() == (
         'NEES, 6 degrees of freedom\n4 increments, mean 11.0 (correct: 6), inside the 95 % '
         'ellipsoid 50.0 %')
+    of_pairs, = nees_figure([1.0, 2.0], 'office: pairs', 'pairs').axes
+    assert of_pairs.get_ylabel() == '% of the pairs'
+    assert '\n2 pairs, mean 1.5' in of_pairs.get_xlabel()
     assert 'mean - (' in nees_figure([np.inf], 'x').axes[0].get_xlabel()
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [
         'correct covariances', 'measured']

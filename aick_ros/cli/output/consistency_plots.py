@@ -11,6 +11,8 @@ from aick_ros.borders.replacement import unwritable
 from aick_ros.cli.output.console import say
 from aick_ros.evaluation.scores.evaluation import Evaluation
 
+_ODOMETRY = 'odometry'  # by definition: beside the gaps, in the NEES of an evaluation
+
 
 def write_plots(folder: Path, evaluation: Evaluation) -> None:
     """
@@ -26,8 +28,9 @@ def write_plots(folder: Path, evaluation: Evaluation) -> None:
     try:
         for name, values in evaluation.nees.items():
             title, stem = _title_and_stem(name)
+            noun = 'increments' if name == _ODOMETRY else 'pairs'
             if values:
-                canvas.write_png(nees_figure(values, f'{evaluation.source}: {title}'),
+                canvas.write_png(nees_figure(values, f'{evaluation.source}: {title}', noun),
                                  folder / f'nees_{stem}.png')
     except OSError as error:
         raise unwritable(error.filename or folder, error) from None
@@ -35,7 +38,7 @@ def write_plots(folder: Path, evaluation: Evaluation) -> None:
 
 def _title_and_stem(name: str) -> tuple[str, str]:
     """Return the title of a plot and the stem of its file."""
-    if name == 'odometry':
+    if name == _ODOMETRY:
         return name, name
     frames = 'consecutive frames' if name == '1' else f'frames {name} apart'
     return f'pairs of {frames}', f'gap_{name}'
