@@ -26,7 +26,8 @@ Source = Annotated[str, typer.Argument(
 
 Preset = Annotated[str | None, typer.Option(
     '--preset', metavar='|'.join(PRESETS), show_default=False,
-    help='Start from parameters of the paper instead of the defaults.')]
+    help='Start from parameters of the paper, or from those for small computers (embedded), '
+         'instead of the defaults.')]
 Config = Annotated[Path | None, typer.Option(
     '--config', metavar='FILE', show_default=False,
     help='Parameter file (YAML) of the node; it overrides the preset.')]
