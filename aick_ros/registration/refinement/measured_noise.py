@@ -50,12 +50,6 @@ _PRIOR_BIAS = 0.003, np.radians(0.15)
 Measured on Kinects: 3 to 10 mm and 0.1 to 0.3 degrees.
 """
 
-_UNCERTAIN = 3.0
-"""Standard deviations of a mean logarithm by which a bias may be usual; that of one sample is 1.
-
-Chosen on 86 starts within two excerpts of real recordings, whose biases exceed those of the first
-registrations by up to 7 to 10 times."""
-
 _LARGEST_FACTOR = 1e4  # bound on a factor measured by one registration, and on its inverse
 _SMALLEST_SQUARE = 1e-12  # m^2 and rad^2; 1 micrometre, keeps the logarithm finite
 _LOG_MEAN = -0.176, -0.369
@@ -162,13 +156,9 @@ class MeasuredNoise:
         """
         Return the normalised square of the bias that registrations usually show.
 
-        It is the larger, the fewer registrations have shown it.
-
         :param motion: mean displacement of the tracks in the image [px].
         """
-        average = self._average(_range_of(motion))
-        few = _UNCERTAIN * (average.count ** -0.5 - _MEMORY ** -0.5)
-        return math.exp(average.normalised + few)
+        return math.exp(self._average(_range_of(motion)).normalised)
 
     def learn(self, sample: NoiseSample) -> None:
         """Add one registration to the averages."""
