@@ -22,6 +22,12 @@ from aick_ros.registration.tracks import Tracks
 _MOSTLY_KNOWN = 0.7  # chosen: share of the tracks on objects that have moved before
 
 
+_LARGEST_NOISE = 0.03, np.radians(1.5)
+"""Noise of a bias along and about an axis from which on it hides biases [m, rad].
+
+Chosen: ten times the biases of Kinects."""
+
+
 @dataclass(frozen=True, eq=False)
 class SensorBias:
     """
@@ -54,6 +60,12 @@ class SensorBias:
         """Mean squares of the difference along an axis and about an axis [m^2, rad^2]."""
         shift, turn = self.difference[:3], self.difference[3:]
         return float(shift @ shift) / 3, float(turn @ turn) / 3
+
+    @property
+    def is_shown(self) -> bool:
+        """Noise small enough to show a bias: not where surfaces leave a motion open."""
+        variances = np.diagonal(self.covariance).reshape(2, 3).mean(axis=1)
+        return bool((variances < np.square(_LARGEST_NOISE)).all())
 
     def since(self, before: SensorBias, arm: np.ndarray, own: float,
               rotation: np.ndarray) -> SensorBias:

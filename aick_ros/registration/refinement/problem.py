@@ -139,7 +139,7 @@ class Problem:
             bias = SensorBias(depth.error - keypoints.error,
                               keypoints.covariance + depth.covariance, gain,
                               keypoints.expected_covariance + depth.expected_covariance)
-            if len(self._tracks) >= FEWEST_TO_CONFIRM:
+            if len(self._tracks) >= FEWEST_TO_CONFIRM and bias.is_shown:
                 measure = Measure(
                     partial(self._noise_shown_by, bias, pose, keypoints, depth, by_depth[0]),
                     partial(self._misalignment_shown_by, by_keypoints[0], by_depth[0], pose))

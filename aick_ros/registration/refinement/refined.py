@@ -30,7 +30,7 @@ class Refined:
         than those of a right pose do.
     :param bias: between keypoints and depth; None where only keypoints are used.
     :param measure: measures what the residuals show of the camera; None where too few keypoints
-        are tracked, or only keypoints are used.
+        are tracked, or depth does not show the pose.
     :param fit: of the images to the pose.
     """
 

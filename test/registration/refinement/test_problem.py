@@ -282,6 +282,16 @@ def test_with_few_tracks_the_noise_and_the_misalignment_are_not_known(tell, trac
         assert refined.measure.misalignment() == 'misalignment_sample'
 
 
+def test_where_surfaces_leave_a_motion_open_they_show_nothing_of_the_camera(tell):
+    """By the prior alone keypoints and depth would agree to the digit."""
+    told = tell()
+    depth = told.told['point_to_plane']
+    told.told['point_to_plane'] = dataclasses.replace(
+        depth, jacobian=depth.jacobian * [0, 1, 1, 1, 1, 1])
+    refined = told.problem.finish(POSE)
+    assert refined.bias is not None and refined.measure is None
+
+
 def test_by_keypoints_alone_there_is_neither(tell):
     refined = tell(depth=()).problem.finish(POSE)
     assert refined.bias is refined.measure is None
