@@ -39,7 +39,7 @@ class PreparedFrame:
     :param is_tracked: whether the keypoints are not its own, but those of another frame that were
         tracked into it.
     :param distortion: that the depth image is free of.
-    :param settings: by which keypoints and surface were made; None: unknown.
+    :param settings: by which keypoints and surface were made; None: those of whoever registers it.
     """
 
     frame: RgbdFrame

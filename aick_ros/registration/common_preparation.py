@@ -10,17 +10,14 @@ are not found again, and what is left of a distortion would be taken for a motio
 
 from __future__ import annotations
 
-from typing import Optional
-
 from aick_ros.borders.records import replaced
+from aick_ros.errors import InputError
 from aick_ros.frames.depth_distortion import NO_DISTORTION, DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.preparation import Preparer
 from aick_ros.settings import PreparationSettings
-
-_Goal = tuple[DepthDistortion, Optional[PreparationSettings]]
 
 
 class CommonPreparation:
@@ -33,7 +30,7 @@ class CommonPreparation:
 
     def __init__(self, preparer: Preparer, count: int) -> None:
         self._preparer, self._count = preparer, count
-        self._goal: _Goal = NO_DISTORTION, preparer.settings
+        self._distortion = NO_DISTORTION
         self.forget()
 
     def forget(self) -> None:
@@ -41,34 +38,42 @@ class CommonPreparation:
         self._brought = LastResults(self._bring, self._count)
 
     def __call__(self, frame: PreparedFrame, other: PreparedFrame) -> PreparedFrame:
-        """Return a frame prepared as another one is, by whose settings the preparer works."""
-        goal = other.distortion, other.settings
-        if (frame.distortion, frame.settings) == goal:
+        """
+        Return a frame prepared as another one is.
+
+        :raises InputError: where it is not, and the other one is not by the settings of now.
+        """
+        if frame.distortion == other.distortion and (
+                frame.settings == other.settings
+                or self._settings_of(frame) == self._settings_of(other)):
             return frame
-        if goal != self._goal:
-            self._goal = goal
+        if self._settings_of(other) != self._preparer.settings:
+            raise InputError('the source is prepared by other settings than those of the '
+                             'registrar: prepare it by these')
+        if other.distortion != self._distortion:
+            self._distortion = other.distortion
             self.forget()
         return self._brought(frame)
 
     def _bring(self, prepared: PreparedFrame) -> PreparedFrame:
-        distortion, settings = self._goal
-        change = DepthDistortion(distortion.nodes - prepared.distortion.nodes)
-        before, keypoints = prepared.frame, prepared.keypoints
-        frame = replaced(before, depth=change.undistorted(before.depth))
-        if prepared.settings != settings:
-            return self.prepared_again(replaced(prepared, frame=frame, distortion=distortion))
-        positions = change.moved(keypoints.positions, frame.camera)
-        return replaced(
-            prepared, frame=frame, distortion=distortion,
-            keypoints=replaced(keypoints, positions=positions),
-            surface=None if prepared.surface is None else self._preparer.surface(frame))
+        change = DepthDistortion(self._distortion.nodes - prepared.distortion.nodes)
+        keypoints = prepared.keypoints
+        frame = replaced(prepared.frame, depth=change.undistorted(prepared.frame.depth))
+        return self.prepared_again(replaced(
+            prepared, frame=frame, distortion=self._distortion,
+            keypoints=replaced(keypoints, positions=change.moved(keypoints.positions,
+                                                                 frame.camera)),
+            surface=None if prepared.surface is None else self._preparer.surface(frame)))
 
     def prepared_again(self, prepared: PreparedFrame) -> PreparedFrame:
         """Return a frame with keypoints and surface by the settings of now: itself if it has."""
-        if prepared.settings == self._preparer.settings:
+        if self._settings_of(prepared) == self._preparer.settings:
             return prepared
         frame, has_surface = prepared.frame, prepared.repeat is not Repeat.DEPTH
         return replaced(
             prepared, keypoints=self._preparer.keypoints(frame), is_tracked=False,
             surface=self._preparer.surface(frame) if has_surface else None,
             settings=self._preparer.settings)
+
+    def _settings_of(self, prepared: PreparedFrame) -> PreparationSettings:
+        return prepared.settings or self._preparer.settings

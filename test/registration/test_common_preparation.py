@@ -10,6 +10,7 @@ import pickle
 import numpy as np
 import pytest
 
+from aick_ros.errors import InputError
 from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.repetition import Repeat
@@ -99,6 +100,33 @@ def test_a_frame_of_other_settings_is_prepared_again(frame, known, changed):
     assert registrar.prepared_like(old, new) is found
     assert registrar.prepared_again(found) is found
     assert registrar.prepared_again(old).settings == new.settings
+
+
+@pytest.mark.parametrize('old_settings, new_settings', [
+    ('known', None), (None, 'known'), (None, None)])
+def test_a_frame_of_unknown_settings_is_by_those_of_now(frame, old_settings, new_settings):
+    (old, preparer), (new, _) = (prepared(frame, known) for known in (
+        NO_DISTORTION, distortion(3)))
+    old, new = (one if settings else dataclasses.replace(one, settings=None)
+                for one, settings in ((old, old_settings), (new, new_settings)))
+    alike = CommonPreparation(preparer, 2)
+    found = alike(old, new)
+    np.testing.assert_allclose(found.frame.depth, new.frame.depth, rtol=1e-6)
+    np.testing.assert_allclose(found.keypoints.positions, new.keypoints.positions, rtol=5e-4)
+    np.testing.assert_allclose(found.surface.points[found.surface.usable],
+                               new.surface.points[found.surface.usable], rtol=1e-5)
+    assert alike(found, new) is found and alike.prepared_again(old) is old
+
+
+def test_frames_are_not_brought_to_settings_that_are_not_those_of_now(frame):
+    old = prepared(frame, NO_DISTORTION)[0]
+    other = Registrar(with_values(Settings(), {'features.orb.patch_size': 21})).prepare(frame)
+    alike = CommonPreparation(prepared(frame, NO_DISTORTION)[1], 2)
+    with pytest.raises(InputError, match='the source is prepared by other settings'):
+        alike(old, other)
+    with pytest.raises(InputError, match='the source is prepared by other settings'):
+        alike(other, dataclasses.replace(other, distortion=distortion(3)))
+    assert alike(other, other) is other
 
 
 def test_a_depth_image_of_another_moment_shows_no_surface_again(frame):
