@@ -20,12 +20,12 @@ from aick_ros.registration.preparation import Preparer
 from aick_ros.settings import PreparationSettings
 
 
-class CommonPreparation:
+class CommonDistortion:
     """
-    Prepares frames as others are.
+    Frees frames of the distortion that others are free of, whatever their settings.
 
-    :param preparer: makes keypoints and surfaces, by the settings of now.
-    :param count: of the frames that one is registered to at once: they are brought once.
+    :param preparer: makes surfaces.
+    :param count: of the frames that one is registered to at once: they are freed once.
     """
 
     def __init__(self, preparer: Preparer, count: int) -> None:
@@ -34,8 +34,41 @@ class CommonPreparation:
         self.forget()
 
     def forget(self) -> None:
-        """Forget the frames that were brought, which take some megabytes each."""
-        self._brought = LastResults(self._bring, self._count)
+        """Forget the frames that were freed, which take some megabytes each."""
+        self._freed = LastResults(self._free, self._count)
+
+    def __call__(self, frame: PreparedFrame, other: PreparedFrame) -> PreparedFrame:
+        """Return a frame free of the distortion that another one is free of."""
+        if frame.distortion == other.distortion:
+            return frame
+        if other.distortion != self._distortion:
+            self._distortion = other.distortion
+            self.forget()
+        return self._freed(frame)
+
+    def _free(self, prepared: PreparedFrame) -> PreparedFrame:
+        change = DepthDistortion(self._distortion.nodes - prepared.distortion.nodes)
+        keypoints = prepared.keypoints
+        frame = replaced(prepared.frame, depth=change.undistorted(prepared.frame.depth))
+        positions = change.moved(keypoints.positions, frame.camera)
+        return replaced(
+            prepared, frame=frame, distortion=self._distortion,
+            keypoints=replaced(keypoints, positions=positions),
+            surface=None if prepared.surface is None else self._preparer.surface(frame))
+
+
+class CommonPreparation:
+    """
+    Prepares frames as others are.
+
+    :param preparer: makes keypoints and surfaces, by the settings of now.
+    :param count: of the frames that one is registered to at once: they are prepared once.
+    """
+
+    def __init__(self, preparer: Preparer, count: int) -> None:
+        self._preparer = preparer
+        self._without_distortion = CommonDistortion(preparer, count)
+        self._again = LastResults(self._prepare_again, count)
 
     def __call__(self, frame: PreparedFrame, other: PreparedFrame) -> PreparedFrame:
         """
@@ -43,32 +76,20 @@ class CommonPreparation:
 
         :raises InputError: where it is not, and the other one is not by the settings of now.
         """
-        if frame.distortion == other.distortion and (
-                frame.settings == other.settings
-                or self._settings_of(frame) == self._settings_of(other)):
+        if (frame.distortion, frame.settings) == (other.distortion, other.settings):
             return frame
         if self._settings_of(other) != self._preparer.settings:
             raise InputError('the source is prepared by other settings than those of the '
                              'registrar: prepare it by these')
-        if other.distortion != self._distortion:
-            self._distortion = other.distortion
-            self.forget()
-        return self._brought(frame)
-
-    def _bring(self, prepared: PreparedFrame) -> PreparedFrame:
-        change = DepthDistortion(self._distortion.nodes - prepared.distortion.nodes)
-        keypoints = prepared.keypoints
-        frame = replaced(prepared.frame, depth=change.undistorted(prepared.frame.depth))
-        return self.prepared_again(replaced(
-            prepared, frame=frame, distortion=self._distortion,
-            keypoints=replaced(keypoints, positions=change.moved(keypoints.positions,
-                                                                 frame.camera)),
-            surface=None if prepared.surface is None else self._preparer.surface(frame)))
+        return self.prepared_again(self._without_distortion(frame, other))
 
     def prepared_again(self, prepared: PreparedFrame) -> PreparedFrame:
         """Return a frame with keypoints and surface by the settings of now: itself if it has."""
         if self._settings_of(prepared) == self._preparer.settings:
             return prepared
+        return self._again(prepared)
+
+    def _prepare_again(self, prepared: PreparedFrame) -> PreparedFrame:
         frame, has_surface = prepared.frame, prepared.repeat is not Repeat.DEPTH
         return replaced(
             prepared, keypoints=self._preparer.keypoints(frame), is_tracked=False,

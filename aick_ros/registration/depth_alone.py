@@ -21,6 +21,7 @@ import numpy as np
 
 from aick_ros.frames.depth_edges import DepthEdges
 from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import CELL, FINE_CELL, Surface
 from aick_ros.geometry import se3
@@ -89,7 +90,7 @@ class DepthAlone:
             keypoints were last seen.
         :param others: views beside the target; those that show much of the same have a part too.
         """
-        if source.surface is None or target.surface is None:
+        if source.surface is None or target.repeat is Repeat.DEPTH:
             return failed(Status.TOO_FEW_KEYPOINTS, '0 points with depth')
         surface = self._surfaces(source.frame)[_COARSE]
         count = len(surface.chosen)
@@ -123,7 +124,7 @@ class DepthAlone:
         nothing, all_of_it = _SHARED_BOUNDS
         for view in views:
             is_known = self._surfaces.knows(view.prepared.frame)
-            if view.prepared.surface is None or not (is_known or none_is_new):
+            if view.prepared.repeat is Repeat.DEPTH or not (is_known or none_is_new):
                 continue
             none_is_new &= is_known
             shared = self._pair(source, view, _COARSE).overlap(T_target_source)

@@ -20,7 +20,7 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.aick.aick import Aick
-from aick_ros.registration.common_preparation import CommonPreparation
+from aick_ros.registration.common_preparation import CommonDistortion, CommonPreparation
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.expected_pose import ExpectedPose
@@ -43,8 +43,8 @@ _STRONGEST = 200
 Chosen: on two excerpts of real recordings and five rendered ones it finds and contradicts what it
 does with 275; with 100 it contradicts twice as often."""
 
-_TARGETS = 2  # chosen: the keyframe, and what is tried where it fails
-_VIEWS = 8  # chosen: those beside a frame without keypoints, which come and go
+_TARGETS = 4  # by definition: three by keypoints at most, and one by depth alone
+_VIEWS = 8  # chosen: the target of a frame without keypoints, and views beside, which come and go
 
 _FORGOTTEN = 60  # registrations by keypoints after which surfaces for depth alone go; chosen
 
@@ -78,7 +78,7 @@ class Registrar:
         self._preparer.distortion = self._learned.distortion.distortion
         self._own_keypoints = LastResults(self._preparer.keypoints, 1)
         self._alike = CommonPreparation(self._preparer, _TARGETS)
-        self._beside_alike = CommonPreparation(self._preparer, _VIEWS)
+        self._depth_alike = CommonDistortion(self._preparer, _VIEWS)
         self._since_depth_alone = 0  # registrations by keypoints
 
     @property
@@ -223,7 +223,7 @@ class Registrar:
         self._since_depth_alone += found.status.ok
         if self._since_depth_alone == _FORGOTTEN:
             self._depth_alone.forget()
-            self._beside_alike.forget()
+            self._depth_alike.forget()
 
     def align(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
         """Return the pose of the source in the target by AICK in one attempt, not refined."""
@@ -276,10 +276,10 @@ class Registrar:
         _require_frames(source, target)
         required(expected, PoseWithCovariance, 'the pose expected')
         unobserved = numbers(unobserved, (6, 6), 'the covariance unobserved')
-        target = self._alike(target, source)
         with self._times.stage('refinement'):
             self._since_depth_alone = 0
-            others = [replaced(view, prepared=self._beside_alike(view.prepared, source))
+            target = self._depth_alike(target, source)
+            others = [replaced(view, prepared=self._depth_alike(view.prepared, source))
                       for view in others]
             return self._depth_alone.register(source, target, expected, unobserved, others)
 

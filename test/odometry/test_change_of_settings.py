@@ -10,6 +10,7 @@ import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.registration.status import Status
@@ -98,6 +99,28 @@ def test_a_kept_frame_is_prepared_again_once(changed, aick_interval, monkeypatch
         assert columns.max() < len(update.reference)
         assert update.reference.descriptors.shape[1] == update.keypoints.descriptors.shape[1]
     assert len(extracted) == len(set(extracted)) and source.frame(0).stamp in extracted
+
+
+@pytest.mark.parametrize('changed', [
+    {'features.orb.patch_size': 21}, {'aick.word_radius': 0.2}, {'refinement.mode': 'keypoints'}])
+def test_a_change_in_the_dark_costs_the_next_frame_alone(changed, monkeypatch):
+    made, extract, of = [], KeypointExtractor.extract, Surface.of
+    monkeypatch.setattr(KeypointExtractor, 'extract', lambda self, frame: (
+        made.append(frame.stamp) or extract(self, frame)))
+    monkeypatch.setattr(Surface, 'of', lambda *arguments: made.append('surface') or of(*arguments))
+    source = SyntheticSource(SyntheticOptions.perfect(seed=5, frames=11))
+    odometry, rows = Odometry(with_values(Settings(), changed)), []
+    for i in range(11):
+        frame = source.frame(i)
+        if i > 2:
+            frame = dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
+        if i == 6:
+            odometry.change_settings(Settings())
+        made.clear()
+        assert odometry.register_frame(frame).status.ok or i < 6
+        rows.append(made.copy())
+    for i, row in enumerate(rows[7:], 7):  # keypoints and surfaces of its own
+        assert set(row) == {source.frame(i).stamp, 'surface'} and row.count('surface') == 3
 
 
 def test_after_a_change_of_the_detector_a_late_frame_is_still_late():

@@ -12,11 +12,14 @@ import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
-from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.common_preparation import CommonPreparation
+from aick_ros.registration.depth_alone import DepthAlone
+from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.learned import Learned
 from aick_ros.registration.registrar import Registrar
@@ -211,6 +214,30 @@ def test_a_frame_with_a_copy_of_the_distortion_stays(frame, known, copied):
     assert CommonPreparation(preparer, 2)(one, other) is one
     preparer.distortion = copied(preparer.distortion)
     assert ahead.up_to_date() is ahead
+
+
+@pytest.mark.parametrize('known', [NO_DISTORTION, distortion(3)])
+def test_by_depth_alone_the_distortion_counts_and_no_keypoint(frame, known, monkeypatch):
+    """Frames that had no surface by their settings, too: depth alone makes its own."""
+    changed = {'features.orb.patch_size': 21, 'refinement.mode': 'keypoints'}
+    target, other = (Registrar(with_values(Settings(), changed)).prepare(
+        dataclasses.replace(frame, stamp=stamp)) for stamp in (3, 4))
+    registrar = Registrar(learned=Learned(distortion=Known(known)))
+    source, registered = registrar.prepare(frame), []
+    register = DepthAlone.register
+    monkeypatch.setattr(KeypointExtractor, 'extract', None)
+    monkeypatch.setattr(DepthAlone, 'register', lambda self, *those: (
+        registered.append((those[1], those[-1][0].prepared)) or register(self, *those)))
+    expected = PoseWithCovariance(np.eye(4), 1e-4 * np.eye(6))
+    for _ in range(2):
+        found = registrar.register_depth(source, target, expected, np.eye(6),
+                                         [KnownView(other, np.eye(4))])
+        assert found.status.ok
+        np.testing.assert_allclose(found.T_target_source, np.eye(4), atol=1e-4)
+    assert all(one is two for one, two in zip(*registered))
+    for before, used in zip((target, other), registered[0]):
+        assert (used is before) == known.is_none and used.distortion == known
+        np.testing.assert_allclose(used.frame.depth, source.frame.depth, rtol=1e-6)
 
 
 @pytest.mark.parametrize('how, mode', [('register', 'none'), ('recognize', 'none'),

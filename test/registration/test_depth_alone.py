@@ -12,6 +12,7 @@ from scipy.stats import chi2
 
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import CELL, FINE_CELL, Surface
 from aick_ros.geometry import se3
@@ -390,10 +391,11 @@ def test_it_fails_with_few_points_or_little_overlap(play, values, status):
                             else 'by depth alone, 50% of 300 points')
 
 
-@pytest.mark.parametrize('without', ['source', 'target'])
-def test_it_fails_where_one_frame_has_no_surface(play, without):
+@pytest.mark.parametrize('which, changes', [
+    ('source', {'surface': None}), ('target', {'repeat': Repeat.DEPTH})])
+def test_it_fails_where_the_depth_of_one_frame_is_not_used(play, which, changes):
     played = play()
-    setattr(played, without, dataclasses.replace(getattr(played, without), surface=None))
+    setattr(played, which, dataclasses.replace(getattr(played, which), **changes))
     found = played.register()
     assert (found.status, found.reason) == (Status.TOO_FEW_KEYPOINTS, '0 points with depth')
 
@@ -517,10 +519,10 @@ def test_the_surfaces_of_one_new_view_are_made_with_each_frame(play, made):
     assert parts == [3, 4, 4]
 
 
-def test_a_view_without_a_surface_has_no_part(play, made):
+def test_a_view_with_the_depth_of_another_moment_has_no_part(play, made):
     played, (view,) = beside(play, made, 0.9)
-    without = KnownView(dataclasses.replace(view.prepared, surface=None), view.T_view_target)
-    played.register([without])
+    other = KnownView(dataclasses.replace(view.prepared, repeat=Repeat.DEPTH), view.T_view_target)
+    played.register([other])
     assert [entry for entry in played.log if entry[0] == 'pair'][0][3] is not view.T_view_target
 
 
