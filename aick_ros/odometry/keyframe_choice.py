@@ -30,7 +30,8 @@ class KeyframeChoice:
 
     def replaces(self, prepared: PreparedFrame, attempt: Attempt) -> bool:
         """Return whether a frame that was registered to the keyframe will be the next one."""
-        return not _is_kept(prepared, attempt, self._policy.keeps)
+        keyframe = self._registrar.prepared_like(attempt.reference.prepared, prepared)
+        return not _is_kept(prepared, keyframe, attempt.registration, self._policy.keeps)
 
     def advance(self, references: References, last: Reference, attempt: Attempt) -> None:
         """
@@ -57,8 +58,8 @@ class KeyframeChoice:
         references.confirm(reference)
         if reference is not references.keyframe:
             self._policy.begin()
-        if _is_kept(prepared, attempt, self._policy.advance):
-            kept = self._registrar.prepared_like(reference.prepared, prepared)
+        kept = self._registrar.prepared_like(reference.prepared, prepared)
+        if _is_kept(prepared, kept, attempt.registration, self._policy.advance):
             if kept.twist is None and prepared.twist is not None:  # as that of a first frame
                 kept = kept.moving(prepared.twist)
             references.track(last, Reference(kept, reference.pose, loss=reference.loss))
@@ -70,11 +71,14 @@ class KeyframeChoice:
             self._policy.begin()
 
 
-def _is_kept(prepared: PreparedFrame, attempt: Attempt,
+def _is_kept(prepared: PreparedFrame, keyframe: PreparedFrame, registration: Registration,
              rule: Callable[[PreparedFrame, Registration, int], bool]) -> bool:
-    """Return whether a keyframe serves on, by a rule for frames that could be the next one."""
-    before = attempt.reference.prepared
-    of_support = before if prepared.is_tracked else prepared
+    """
+    Return whether a keyframe serves on, by a rule for frames that could be the next one.
+
+    :param keyframe: prepared as the frame is; ``registration``: of the frame to it.
+    """
+    of_support = keyframe if prepared.is_tracked else prepared
     return (prepared.repeat is not Repeat.NONE
-            or rule(prepared, attempt.registration, len(of_support.keypoints))
-            or prepared.is_blurred_beside(before))
+            or rule(prepared, registration, len(of_support.keypoints))
+            or prepared.is_blurred_beside(keyframe))

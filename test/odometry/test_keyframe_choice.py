@@ -54,10 +54,10 @@ class Policy:
         self.begun += 1
 
     def keeps(self, prepared, registration, count):
+        self.counts.append(count)
         return self._keeps
 
     def advance(self, prepared, registration, count):
-        self.counts.append(count)
         self.asked.append((prepared, registration))
         return self.keeps(prepared, registration, count)
 
@@ -66,16 +66,21 @@ class Policy:
         return self._keeps
 
 
-def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', loss=None, **changes):
+def alike(target, source):
+    """Return a keyframe prepared as a frame is: with four keypoints."""
+    return replace(target, as_seen_by=source.stamp, keypoints='four')
+
+
+def advance(keeps, is_by_depth=False, to_keyframe=True, loss=None, **changes):
     """Return the references after a frame, the keyframe, the frame and the policy."""
-    first, middle = (Reference(View(stamp, keypoints=keyframe), pose_at(stamp), pose_at(9),
-                               loss=loss) for stamp in (0, 1))
+    first, middle = (Reference(View(stamp, keypoints='of other settings'), pose_at(stamp),
+                               pose_at(9), loss=loss) for stamp in (0, 1))
     references, policy = References(first), Policy(keeps)
     references.track(middle, first)
     references.loss = loss
     last = Reference(View(2, **changes), pose_at(2), pose_at(8))
     choice = KeyframeChoice(Settings(), SimpleNamespace(
-        prepared_like=lambda target, source: replace(target, as_seen_by=source.stamp),
+        prepared_like=alike,
         with_own_keypoints=lambda prepared: policy.detected.append(prepared) or replace(
             prepared, keypoints='own', is_tracked=False)))
     choice._policy = policy
@@ -120,11 +125,12 @@ def test_a_first_keyframe_has_the_velocity_of_the_frame_after_it(known, expected
     (True, {}, False), (False, {}, True), (False, {'sharpness': 0}, False),
     (False, {'repeat': Repeat.COLOUR}, False)])
 def test_the_next_keyframe_is_known_before_it_is_made(keeps, changes, replaces):
-    choice, policy = KeyframeChoice(Settings(), None), Policy(keeps)
-    choice._policy = policy
-    found = choice.replaces(View(2, **changes), SimpleNamespace(
+    choice = KeyframeChoice(Settings(), SimpleNamespace(prepared_like=alike))
+    choice._policy = policy = Policy(keeps)
+    found = choice.replaces(View(2, is_tracked=True, **changes), SimpleNamespace(
         reference=Reference(View(0), pose_at(0)), registration='by keypoints'))
     assert found is replaces
+    assert policy.counts == ([] if 'repeat' in changes else [4])  # as the frame is prepared
     assert policy.begun == 0 and policy.asked == []
 
 
@@ -136,6 +142,7 @@ def test_registered_to_another_frame_the_policy_begins_with_that():
 
 @pytest.mark.parametrize('is_tracked, count', [(False, 3), (True, 4)])
 def test_of_tracked_keypoints_the_share_is_of_those_of_the_keyframe(is_tracked, count):
+    """By the settings of now."""
     references, _, _, policy = advance(False, is_tracked=is_tracked)
     assert policy.counts == [count]
     assert len(policy.detected) == is_tracked
