@@ -5,7 +5,8 @@
 ORB keypoints (Rublee et al. 2011), with the paper's settings as defaults (IV-B).
 
 They are those of OpenCV's detector in less time: the corners are found by compiled code, and
-only those that are kept are described.
+only those that are kept are described. An image with less than half of the keypoints wanted has
+weaker ones too, by a lower threshold than OpenCV's.
 """
 
 from __future__ import annotations

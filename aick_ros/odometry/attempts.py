@@ -25,6 +25,7 @@ from aick_ros.registration.refinement.problem import depth_rate
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.status import Status
+from aick_ros.registration.unexpected_motion import NEAR_POSE
 from aick_ros.settings import Settings
 
 _SHARE_RECOGNISED = 0.12
@@ -202,10 +203,14 @@ class Attempts:
         """
         Return an attempt without an expected motion; failed if it may well be of another place.
 
-        After so long that the camera may have turned in any direction, limits of the motion
-        exclude nothing. A few keypoints of another place are always somewhat alike.
+        A few keypoints of another place are always somewhat alike: a pose that is not certain may
+        be of any. After so long that the camera may have turned in any direction, limits of the
+        motion exclude nothing, so that many have to be alike.
         """
         interval, count = attempt.increment.interval, attempt.registration.support
+        if attempt.status.ok and not _is_certain(attempt.registration.covariance):
+            return replace(attempt, status=Status.TOO_FEW_MATCHES, reason=(
+                f'{attempt.reason}, too uncertain to recognise the place'))
         sought = self._refinement.sought(len(prepared.keypoints))
         if (not attempt.status.ok or attempt.registration.tracks is None
                 or not self._motion_model.is_unlimited(interval)
@@ -227,6 +232,13 @@ class Attempts:
         if violation:
             return Status.MOTION_GATE, violation
         return Status.OK, registration.reason
+
+
+def _is_certain(covariance: np.ndarray) -> bool:
+    """Return whether a pose is as certain as two have to be that are taken for one."""
+    along, about = (float(np.linalg.eigvalsh(part)[-1])
+                    for part in (covariance[:3, :3], covariance[3:, 3:]))
+    return along <= NEAR_POSE[0] ** 2 and about <= NEAR_POSE[1] ** 2
 
 
 def _is_doubtful(attempt: Attempt, prepared: PreparedFrame) -> bool:

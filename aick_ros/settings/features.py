@@ -29,8 +29,9 @@ class OrbSettings(Checked):
     fast_threshold: int = parameter(
         20, 'Minimum contrast of a FAST corner.', unit='grey levels', minimum=1, maximum=255)
     min_fast_threshold: int = parameter(
-        5, 'The same where an image has few such corners, as of a dark place; noise of the image '
-        'may raise it up to the former.', unit='grey levels', minimum=1, maximum=255)
+        5, 'The same where an image has less than half as many such corners as nfeatures, as of a '
+        'dark place; noise of the image may raise it up to the former.', unit='grey levels',
+        minimum=1, maximum=255)
     pixel_sigma: float = parameter(
         0.45, _PIXEL_SIGMA, unit='px', minimum=0.01, maximum=10.0)
     pixel_exponent: float = parameter(0.75, _PIXEL_EXPONENT, minimum=0.0, maximum=2.0)

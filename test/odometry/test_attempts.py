@@ -153,6 +153,21 @@ def test_a_place_is_told_by_enough_of_its_keypoints_where_nothing_else_tells_it(
                                    f'few to recognise the place after {after:.1f} s')
 
 
+@pytest.mark.parametrize('along, about, is_recognised', [
+    (0.049, 0.052, True), (0.051, 0.001, False), (0.001, 0.053, False)])
+def test_a_place_is_recognised_by_a_pose_that_is_certain(references, along, about, is_recognised):
+    """To 5 cm and 3 degrees in all directions; where the motion is known it may be less so."""
+    variances = np.square([0.001, 0.001, along, 0.001, about, 0.001])
+    registrar = Registrar()
+    registrar.register = lambda *given: dataclasses.replace(
+        FOUND, tracks='some', covariance=np.diag(variances))
+    for twist, is_taken in ((None, is_recognised), (np.zeros(6), True)):
+        found = next(attempts_by(registrar).of(view(0.2), references, Velocity(
+            twist, confirmed=references.last.stamp), none_known))
+        assert found.status is (Status.OK if is_taken else Status.TOO_FEW_MATCHES)
+        assert ('too uncertain to recognise' in found.reason) != is_taken
+
+
 def test_a_failure_or_a_pose_without_tracks_is_not_asked_for_its_keypoints(references):
     registrar = Registrar()
     for made in (failed(Status.TOO_FEW_MATCHES, 'as it was'),
