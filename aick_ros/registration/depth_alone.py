@@ -23,7 +23,7 @@ from aick_ros.frames.depth_edges import DepthEdges
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.frames.surface import CELL, FINE_CELL, Surface
+from aick_ros.frames.surface import CELL, FINE_CELL, Surface, cell_of
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.depth_pair import DepthPair, KnownView
@@ -152,9 +152,10 @@ class DepthAlone:
 
     def _new_surfaces(self, frame: RgbdFrame) -> tuple[Surface, Surface]:
         """Return the coarse and the fine surface of a frame."""
-        count = self._settings.refinement.surface_points
-        coarse, fine = (Surface.of(frame.depth, frame.camera, self._settings.sensor, points, cell)
-                        for points, cell in ((count, CELL), (_FINE_POINTS * count, FINE_CELL)))
+        count, cell = self._settings.refinement.surface_points, cell_of(frame.camera)
+        fine_cell = max(cell * FINE_CELL // CELL, 1)
+        coarse, fine = (Surface.of(frame.depth, frame.camera, self._settings.sensor, points, side)
+                        for points, side in ((count, cell), (_FINE_POINTS * count, fine_cell)))
         return coarse, fine
 
     def _new_edges(self, frame: RgbdFrame) -> DepthEdges:

@@ -8,7 +8,7 @@ import pytest
 
 from aick_ros import kernels
 from aick_ros.errors import InputError
-from aick_ros.frames.surface import CELL, Surface
+from aick_ros.frames.surface import CELL, Surface, cell_of
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -526,6 +526,23 @@ def test_points_on_the_first_and_last_cells_are_in_view():
     for outside in ([-1, 0], [grid.width, 0], [0, -1], [0, grid.height]):
         ray = [(outside[0] - grid.cx) / grid.fx, (outside[1] - grid.cy) / grid.fy, 1.0]
         assert not len(surface.cells_at(np.array([ray]))[0])
+
+
+@pytest.mark.parametrize('width, side', [
+    (1920, 4), (640, 4), (481, 4), (480, 3), (424, 3), (320, 2), (161, 2), (160, 1), (4, 1)])
+def test_cells_are_smaller_in_small_images(width, side):
+    assert cell_of(Camera(width, width, 500.0, 500.0, 0.0, 0.0)) == side
+
+
+@pytest.mark.parametrize('factor', [2, 4])
+def test_a_camera_with_fewer_pixels_sees_as_many_planes(factor):
+    """A wall with a step every 20th of the view: larger cells would be of both sides."""
+    depth = np.where(np.indices((480, 640))[1] // 32 % 2, 2.0, 2.3).astype(np.float32)
+    small = Camera(640 // factor, 480 // factor, 525.0 / factor, 525.0 / factor,
+                   319.5 / factor, 239.5 / factor)
+    all_of_it, seen = (Surface.of(image, camera, SENSOR, 2000).usable for image, camera in (
+        (depth, PINHOLE), (depth[::factor, ::factor].copy(), small)))
+    assert seen.size == all_of_it.size and seen.sum() > 0.9 * all_of_it.sum() > 0
 
 
 @pytest.mark.parametrize('cell', [2, 4, 8])

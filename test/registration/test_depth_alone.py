@@ -14,7 +14,7 @@ from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.frames.surface import CELL, FINE_CELL, Surface
+from aick_ros.frames.surface import FINE_CELL, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -420,15 +420,18 @@ def test_depth_is_corrected_by_the_velocity_of_each_frame(play, known, twists):
                 moved.twists, np.outer([lag + 0.005, 0.03], twist * played.twist))
 
 
-def test_each_frame_has_two_surfaces_made_once(monkeypatch, made):
+@pytest.mark.parametrize('width, cells', [
+    (1280, (4, 2)), (640, (4, 2)), (424, (3, 1)), (320, (2, 1)), (160, (1, 1))])
+def test_each_frame_has_two_surfaces_made_once(monkeypatch, made, width, cells):
     given = []
     monkeypatch.setattr(depth_alone.Surface, 'of', lambda *of: given.append(of) or len(of))
-    settings, frame = Settings(), made.frame(1)
+    settings, frame = Settings(), type('Frame', (), {  # not kept alive by what it is known for
+        'depth': 'depth', 'camera': SimpleNamespace(width=width)})()
     alone = DepthAlone(settings)
     assert alone._surfaces(frame) is alone._surfaces(frame)
     count = settings.refinement.surface_points
     assert given == [(frame.depth, frame.camera, settings.sensor, points, cell)
-                     for points, cell in ((count, CELL), (10 * count, FINE_CELL))]
+                     for points, cell in zip((count, 10 * count), cells)]
     alone.forget()
     assert not alone._surfaces.knows(frame)
 
