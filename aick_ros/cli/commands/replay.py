@@ -107,8 +107,12 @@ def _added(folder: RunFolder, records: Iterable[FrameRecord],
 
 def _updates(reading: Reading, settings: Settings) -> Iterator[FrameRecord]:
     odometry = Odometry(settings)
+    sensors = [odometry.gyroscope, odometry.gravity]
     for frame in reading.frames(reading.damage):
         yield FrameRecord.of(odometry.register_frame(frame))
+        for sensor in [sensor for sensor in sensors if sensor.complaint]:
+            say(f'{reading.name}: {sensor.complaint}')
+            sensors.remove(sensor)  # it is said once
 
 
 def _write_report(folder: Path, summary: RunSummary, records: list[FrameRecord],
