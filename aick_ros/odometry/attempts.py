@@ -160,9 +160,7 @@ class Attempts:
     def _by_depth(self, prepared: PreparedFrame, references: References,
                   motion: PoseWithCovariance, velocity: Velocity,
                   views: KnownViews) -> Iterator[Attempt]:
-        twist = velocity.twist
-        if twist is None and velocity.is_confirmed:
-            twist = np.zeros(6)
+        twist = np.zeros(6) if velocity.twist is None else velocity.twist
         blind = PoseWithCovariance(motion.matrix, self._expected.between(
             velocity.confirmed, prepared.stamp,
             twist if velocity.is_confirmed else None).covariance)

@@ -81,9 +81,8 @@ class MotionModel:
         :param twist: its velocity before; None: it was never measured, and may be any within the
             limits.
         """
-        velocity = np.repeat([self._max_speed, self._max_turn_rate], 3) / _WITHIN_LIMITS
-        if twist is not None:
-            velocity = np.abs(twist)
+        limits = np.repeat([self._max_speed, self._max_turn_rate], 3)
+        velocity = limits / _WITHIN_LIMITS if twist is None else np.abs(twist)
         return self._hold_time + max(
             float(velocity[:3].max()) / self._acceleration_sigma,
             float(velocity[3:].max()) / self._angular_acceleration_sigma)
