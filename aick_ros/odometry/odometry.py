@@ -370,9 +370,12 @@ class Odometry:
         last, twist = references.last, self._velocity.twist
         pose = self._path.move_to(last.pose @ self._expected.without_images(
             last.stamp, prepared.stamp, twist))
-        if self._has_keypoints(prepared) or shows_enough(prepared):
-            references.lose(Reference(prepared, pose, loss=references.loss_before(
-                prepared.stamp, twist, self._motion_model)))
+        lost = Reference(prepared, pose, loss=references.loss_before(
+            prepared.stamp, twist, self._motion_model))
+        if self._has_keypoints(prepared):
+            references.lose(lost)
+        elif shows_enough(prepared):
+            references.lose_in_the_dark(lost)
         return self._update(
             prepared, failure.status, failure.reason,
             rejected=failure.increment if failure.registration.status.ok else None,

@@ -17,7 +17,6 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.registration.result import Registration, SensorBias
-from aick_ros.registration.tracks import FEWEST_TO_CONFIRM
 
 # chosen on a rendered camera that is lifted while a hand covers it
 _EARLIER_FRAMES = 3
@@ -133,6 +132,7 @@ class References:
         self.earlier_depth_references: deque[Reference] = deque(maxlen=_EARLIER_DEPTH_REFERENCES)
         self._earlier: deque[Reference] = deque(maxlen=_EARLIER_FRAMES)
         self._lost: Reference | None = None
+        self.lost_in_the_dark: Reference | None = None
         self._turn = 0
         self.loss: Loss | None = None
 
@@ -149,25 +149,23 @@ class References:
             self.sharp = keyframe  # it may have been corrected again
         self.keyframe, self.last, self.depth_reference = keyframe, last, None
         self.earlier_depth_references.clear()
-        self._lost, self._turn = None, 0
+        self._lost, self.lost_in_the_dark, self._turn = None, None, 0
 
     def track_by_depth(self, last: Reference, reference: Reference) -> None:
         """Advance to a frame that was registered to the depth image of another."""
         if self.depth_reference is not None and reference is not self.depth_reference:
             self.earlier_depth_references.append(self.depth_reference)
         self.last, self.depth_reference = last, reference
-        self._lost, self._turn = None, 0
+        self._lost, self.lost_in_the_dark, self._turn = None, None, 0
 
     def lose(self, lost: Reference) -> None:
         """Keep a lost frame: the next one may show the same place."""
         self._turn += self._lost is not None
-        self._lost, self.loss = lost, lost.loss
+        self._lost, self.lost_in_the_dark, self.loss = lost, None, lost.loss
 
-    @property
-    def lost_in_the_dark(self) -> Reference | None:
-        """The last frame, lost without keypoints: the next one may show the same surfaces."""
-        lost = self._lost
-        return lost if lost is not None and _is_dark(lost) else None
+    def lose_in_the_dark(self, lost: Reference) -> None:
+        """Keep a frame that was lost without keypoints: the next may show the same surfaces."""
+        self.lost_in_the_dark, self.loss = lost, lost.loss
 
     def loss_before(self, stamp: int, twist: np.ndarray | None, model: MotionModel) -> Loss:
         """
@@ -217,7 +215,7 @@ class References:
         """
         is_sharp = self.is_blurred() and not prepared.is_blurred_beside(self.sharp.prepared)
         first = [self.sharp, self.keyframe] if is_sharp else [self.keyframe]
-        at_the_end = [] if self._lost is None or _is_dark(self._lost) else [self._lost]
+        at_the_end = [] if self._lost is None else [self._lost]
         before = [] if self.loss is None else [self.loss.last]
         known = {reference.stamp for reference in first}
         others = {reference.stamp: reference
@@ -228,8 +226,3 @@ class References:
         yield from first
         yield from list(in_turn)[:_MAX_ATTEMPTS - len(first) - len(at_the_end)]
         yield from at_the_end
-
-
-def _is_dark(reference: Reference) -> bool:
-    """Return whether a frame has too few keypoints for another one to be registered to it."""
-    return len(reference.prepared.keypoints) < FEWEST_TO_CONFIRM

@@ -124,12 +124,13 @@ def test_images_that_repeat_for_long_are_registered_by_depth_alone_too(reference
     assert order(now, references, twist=None) == BY_KEYPOINTS + BY_DEPTH
 
 
-@pytest.mark.parametrize('keypoints, is_by_depth', [(range(11), True), (range(12), False)])
-def test_the_last_frame_lost_in_the_dark_is_a_depth_reference(references, keypoints, is_by_depth):
-    references.lose(Reference(view(5.0, keypoints=keypoints), PoseWithCovariance.identity()))
+@pytest.mark.parametrize('is_dark', [True, False])
+def test_the_last_frame_lost_in_the_dark_is_a_depth_reference(references, is_dark):
+    lost = Reference(view(5.0), PoseWithCovariance.identity())
+    (references.lose_in_the_dark if is_dark else references.lose)(lost)
     found = order(view(5.1, keypoints=range(0)), references)
-    others = [] if is_by_depth else [(Evidence.KEYPOINTS, 5.0)]
-    assert found == BY_KEYPOINTS + others + is_by_depth * [(Evidence.DEPTH_ALONE, 5.0)]
+    others = [] if is_dark else [(Evidence.KEYPOINTS, 5.0)]
+    assert found == BY_KEYPOINTS + others + is_dark * [(Evidence.DEPTH_ALONE, 5.0)]
     assert order(view(5.6, keypoints=range(0)), references) == BY_KEYPOINTS + others
 
 

@@ -146,7 +146,7 @@ class View:
 
     def __init__(self, seconds, sharpness):
         self.stamp, self.sharpness = round(seconds * NANOSECONDS), sharpness
-        self.is_bare, self.keypoints = False, range(300)
+        self.is_bare = False
 
     def is_blurred_beside(self, other):
         return self.sharpness < other.sharpness
@@ -313,6 +313,17 @@ def test_what_was_lost_before_a_frame_by_depth_is_forgotten():
     assert seconds(references) != before
     references.track_by_depth(references.last, references.last)
     assert seconds(references) == before
+
+
+def test_a_frame_lost_in_the_dark_is_kept_until_another_one_is_tracked_or_has_keypoints():
+    references, lost = tracked([0.0, 0.1]), reference(1.0)
+    for end in (lambda: references.track(references.last, references.keyframe),
+                lambda: references.track_by_depth(references.last, references.last),
+                lambda: references.lose(reference(2.0))):
+        references.lose_in_the_dark(lost)
+        assert references.lost_in_the_dark is lost
+        end()
+        assert references.lost_in_the_dark is None
 
 
 def test_any_frame_that_keypoints_find_ends_the_dark():

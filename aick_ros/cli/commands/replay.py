@@ -27,6 +27,8 @@ from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.run_summary import RunSummary, summarize
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.inertial.gravity import Gravity
+from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.sources import SourceOptions, open_source
@@ -107,7 +109,7 @@ def _added(folder: RunFolder, records: Iterable[FrameRecord],
 
 def _updates(reading: Reading, settings: Settings) -> Iterator[FrameRecord]:
     odometry = Odometry(settings)
-    sensors = [odometry.gyroscope, odometry.gravity]
+    sensors: list[Gyroscope | Gravity] = [odometry.gyroscope, odometry.gravity]
     for frame in reading.frames(reading.damage):
         yield FrameRecord.of(odometry.register_frame(frame))
         for sensor in [sensor for sensor in sensors if sensor.complaint]:

@@ -12,7 +12,7 @@ import pytest
 from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.frames.surface import Surface
+from aick_ros.frames.surface import CELL, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Correction, Misalignment
@@ -49,7 +49,7 @@ def prepared(pose, twist, focal=1.0):
     depth = points[:, 2].reshape(240, 320).astype(np.float32)
     grey = np.zeros((240, 320), np.uint8)
     return PreparedFrame(RgbdFrame(0, grey, depth, CAMERA), NO_KEYPOINTS, grey, Surface.of(
-        depth, CAMERA, SETTINGS.sensor, 4000), twist=twist)
+        depth, CAMERA, SETTINGS.sensor, 4000, CELL), twist=twist)
 
 
 @functools.cache
