@@ -11,8 +11,8 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.odometry import Odometry
-from aick_ros.odometry.keyframe_choice import KeyframeChoice
 from aick_ros.odometry.effort import Effort
+from aick_ros.odometry.keyframe_choice import KeyframeChoice
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.reference import Reference
 from aick_ros.registration.registrar import Registrar
