@@ -22,10 +22,10 @@ from aick_ros.registration.tracks import Tracks
 _MOSTLY_KNOWN = 0.7  # chosen: share of the tracks on objects that have moved before
 
 
-_LARGEST_NOISE = 0.03, np.radians(1.5)
-"""Noise of a bias along and about an axis from which on it hides biases [m, rad].
+_LARGEST_NOISE = 0.5
+"""Noise of a bias along and about an axis from which on nothing shows it [m, rad].
 
-Chosen: ten times the biases of Kinects."""
+Derived: half of the 1 m and 1 rad that are the prior of every motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +63,9 @@ class SensorBias:
 
     @property
     def is_shown(self) -> bool:
-        """Noise small enough to show a bias: not where surfaces leave a motion open."""
+        """Noise small enough to show a bias: not where surfaces leave all motions open."""
         variances = np.diagonal(self.covariance).reshape(2, 3).mean(axis=1)
-        return bool((variances < np.square(_LARGEST_NOISE)).all())
+        return bool((variances < _LARGEST_NOISE ** 2).all())
 
     def since(self, before: SensorBias, arm: np.ndarray, own: float,
               rotation: np.ndarray) -> SensorBias:
