@@ -15,7 +15,7 @@ from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 
 _UNNAMED = ' in "<unicode string>", '
-"""What PyYAML puts before a line, as it has only the text; the name is in our sentences."""
+"""Name that PyYAML gives to a text in its errors; the sentences around them name the file."""
 
 
 class _ParameterLoader(yaml.SafeLoader):
