@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Names from outside, made harmless for terminals and logs."""
+"""Names from outside and counts, as sentences for terminals and logs have them."""
 
 from __future__ import annotations
 
@@ -34,6 +34,11 @@ def printable(text: str) -> str:
 def quoted_if_blank(name: str | Path) -> str:
     """Return a name for a sentence, in quotes where nothing of it could be seen."""
     return str(name) if str(name).strip() else repr(str(name))
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a number with its noun, of which the singular is given: 1 frame, 2 frames."""
+    return f'{count} {noun}' if count == 1 else f'{count} {noun}s'
 
 
 def _shortened(line: str, longest: int) -> str:

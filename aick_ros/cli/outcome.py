@@ -17,6 +17,8 @@ def of_reading(reading: Reading, is_untracked: bool = False) -> int:
 
     :param is_untracked: whether no frame of it was tracked, which has been said.
     """
+    for remark in reading.remarks:
+        say(remark)
     code = of_damage(reading.damage, is_untracked)
     if reading.ended == INTERRUPTED:
         return exit_codes.INTERRUPTED_BY_USER

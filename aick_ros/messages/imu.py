@@ -17,6 +17,7 @@ from aick_ros.frames.imu import ImuSamples
 from aick_ros.messages.imu_cdr import ImuFields
 
 _NOT_MEASURED = [np.nan, np.nan, np.nan]
+_UNMEASURED = 100  # samples; chosen: half a second at 200 Hz, some drivers begin with a few
 _MOST = 60_000  # chosen: a minute at 1 kHz; older samples are forgotten
 
 
@@ -49,6 +50,7 @@ class ImuBuffer:
         self._stamps: deque[int] = deque(maxlen=_MOST)
         self.newest: int | None = None
         """Stamp of the last sample [ns]; None before the first one."""
+        self._unmeasured = 0  # samples since one with a measurement
         self.frame_id = ''
         """Frame of the sensor."""
 
@@ -76,7 +78,17 @@ class ImuBuffer:
         with self._lock:
             self._stamps.append(fields.stamp)
             self._rows.append((*rate, *force))
+            is_empty = rate is _NOT_MEASURED and force is _NOT_MEASURED
+            self._unmeasured = self._unmeasured + 1 if is_empty else 0
             self.newest, self.frame_id = fields.stamp, fields.frame_id
+
+    def complaint(self, topic: str) -> str:
+        """Return that the samples measure nothing, in one sentence; '' where they do."""
+        if self._unmeasured < _UNMEASURED:
+            return ''
+        return (f'the last {self._unmeasured} samples of the IMU on {topic} have neither a turn '
+                'rate nor an acceleration (they are not numbers, beyond what sensors reach, or '
+                'marked by a covariance below 0) and are not used: check its driver')
 
     def take(self, T_camera_imu: np.ndarray) -> ImuSamples:
         """

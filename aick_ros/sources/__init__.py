@@ -60,6 +60,10 @@ class RgbdSource(Protocol):
     def __len__(self) -> int:
         """Return the number of frames, or an upper bound where pairs are found while reading."""
 
+    @property
+    def remarks(self) -> Sequence[str]:
+        """What of it was not used and why, in sentences; complete once it has been read."""
+
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """
         Yield the frames, their colour stamps strictly increasing.

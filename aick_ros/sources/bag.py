@@ -10,7 +10,7 @@ and reported.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import cached_property, partial
 from pathlib import Path
@@ -58,6 +58,7 @@ class BagSource:
         self._cameras = BagCameras(self._bag, self._topics, options)
         self._camera = self._cameras.colour(self._colour)
         self._depth_camera = self._cameras.depth(self._depth) if options.register_depth else None
+        self._remarks: Sequence[str] = ()
         self._decoder = FrameDecoder((self._colour, self._depth), '--register-depth')
 
     @property
@@ -103,6 +104,11 @@ class BagSource:
         """Return the number of images of the topic with fewer images."""
         return self._length
 
+    @property
+    def remarks(self) -> Sequence[str]:
+        """Why the IMU is not used, in one sentence; none where it is, or there is none."""
+        return [f'{self._path}: {sentence}' for sentence in self._remarks]
+
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """
         Yield the pairs of images as they are found.
@@ -119,7 +125,9 @@ class BagSource:
             except InputError as error:
                 on_damaged(InputError(f'{self._path}, {error}'))
             else:
-                yield imu.with_samples(frame, pair.colour.header.frame_id)
+                frame = imu.with_samples(frame, pair.colour.header.frame_id)
+                self._remarks = imu.remarks
+                yield frame
         if not found:
             raise InputError(
                 f'{self._path}: no image on {self._colour} is within '

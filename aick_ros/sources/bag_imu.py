@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from aick_ros.borders.names import quoted
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.messages.imu import ImuBuffer, ImuMessage
 from aick_ros.messages.synchronizer import Pair
@@ -35,6 +36,13 @@ class BagImu:
         self._extrinsic = extrinsic
         self._buffer = ImuBuffer()
         self._held: Pair | None = None
+        self._missing = ''
+
+    @property
+    def remarks(self) -> Sequence[str]:
+        """Why the samples are not used, in one sentence; none where they are."""
+        sentences = self._missing, self._buffer.complaint(self.topics[0] if self.topics else '')
+        return [sentence for sentence in sentences if sentence][:1]
 
     def add(self, stamp: int, message: ImuMessage) -> Iterator[Pair]:
         """Add a sample with its stamp [ns], and yield the pair that it was missing for."""
@@ -63,7 +71,12 @@ class BagImu:
             return frame
         T_colour_imu = self._extrinsic(colour_frame, self._buffer.frame_id)
         if T_colour_imu is None:
+            self._missing = (
+                f'the IMU on {self.topics[0]} is not used, as no transform from '
+                f'{quoted(self._buffer.frame_id)} (the IMU) to {quoted(colour_frame)} (the colour '
+                'image) is on /tf_static: record it, too')
             return frame
+        self._missing = ''
         return replace(frame, imu=self._buffer.take(T_colour_imu))
 
     def _is_reached(self, pair: Pair) -> bool:

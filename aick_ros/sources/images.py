@@ -13,7 +13,7 @@ the numbers at 30 Hz, so a missing number leaves a gap in time.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -79,6 +79,11 @@ class ImagesSource:
     def __len__(self) -> int:
         """Return the number of colour images."""
         return len(self._numbers)
+
+    @property
+    def remarks(self) -> Sequence[str]:
+        """What of it was not used; there is nothing."""
+        return ()
 
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """Yield the frames in the order of their numbers."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 import heapq
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from operator import itemgetter
 from pathlib import Path
@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_LIST_BYTES
+from aick_ros.borders.names import counted
 from aick_ros.errors import InputError
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
@@ -79,11 +80,17 @@ class TumSource:
         self._skipped = colour.skipped + depth.skipped
         self._imu = read_accelerations(folder)
         self._pairs = _associate(colour.images, depth.images, options.max_interval)
+        interval = f'{options.max_interval:g} s'
         if not self._pairs:
             raise InputError(
                 f'{folder}: none of the {len(colour.images)} images in rgb.txt and the '
-                f'{len(depth.images)} in depth.txt are within {options.max_interval:g} s of each '
+                f'{len(depth.images)} in depth.txt are within {interval} of each '
                 'other: check that both lists belong to one recording')
+        colours, depths = (len(listed.images) - len(self._pairs) for listed in (colour, depth))
+        self._remarks = [] if not colours and not depths else [
+            f'{folder}: {colours} of {counted(len(colour.images), "image")} in rgb.txt and '
+            f'{depths} of {len(depth.images)} in depth.txt are not used: they have no partner in '
+            f'the other list within {interval} (--max-interval)']
 
     @cached_property
     def ground_truth(self) -> Trajectory | None:
@@ -94,6 +101,11 @@ class TumSource:
     def __len__(self) -> int:
         """Return the number of associated pairs."""
         return len(self._pairs)
+
+    @property
+    def remarks(self) -> Sequence[str]:
+        """How many images have no partner, in one sentence; none where each has one."""
+        return self._remarks
 
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """Yield the associated pairs as frames."""

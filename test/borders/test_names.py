@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from aick_ros.borders.names import one_line, printable, quoted, quoted_if_blank
+from aick_ros.borders.names import counted, one_line, printable, quoted, quoted_if_blank
 
 
 @pytest.mark.parametrize('name, shown', [
@@ -55,3 +55,8 @@ def test_blank_names_are_quoted(name, shown):
 def test_beyond_2000_characters_the_middle_is_left_out():
     text = ''.join(chr(ord('a') + i % 26) for i in range(2001))
     assert one_line(text) == f'{text[:1000]} [... 1 characters ...] {text[-1000:]}'
+
+
+def test_counts_have_their_nouns():
+    assert [counted(count, 'frame') for count in (0, 1, 2)] == [
+        '0 frames', '1 frame', '2 frames']

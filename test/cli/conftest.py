@@ -54,7 +54,7 @@ class InMemory:
     """
 
     def __init__(self, recorded, ground_truth=None, on_frame=lambda index, on_damaged: None):
-        self.name, self.ground_truth = 'in memory', ground_truth
+        self.name, self.ground_truth, self.remarks = 'in memory', ground_truth, ()
         self._recorded, self._on_frame = recorded, on_frame
 
     def __len__(self):

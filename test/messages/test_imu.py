@@ -94,3 +94,16 @@ def test_the_first_covariance_alone_says_that_nothing_is_measured():
         samples = buffer.take(np.eye(4))
         assert np.isnan(samples.turn_rates).all() == (index == 0)
         assert np.isnan(samples.accelerations).all() == (index == 0)
+
+
+def test_an_imu_that_measures_nothing_is_described_until_it_does():
+    """One of its two sensors suffices, and some drivers begin with a few samples of none."""
+    buffer, nothing = ImuBuffer(), (np.nan, 0.0, 0.0)
+    for stamp in range(99):
+        buffer.add(stamp, message(rate=nothing, force=nothing))
+    assert buffer.complaint('/imu') == ''
+    buffer.add(99, message(has_rate=False, has_force=False))
+    assert buffer.complaint('/imu').startswith('the last 100 samples of the IMU on /imu have')
+    for changes in ({'force': nothing}, {'rate': nothing}):
+        buffer.add(100, message(**changes))
+        assert buffer.complaint('/imu') == ''

@@ -116,3 +116,28 @@ def test_samples_are_turned_into_the_axes_of_the_camera(tmp_path, inertial, monk
     (['/base/imu', '/camera/imu', '/zed/imu'], '/camera/imu')])
 def test_a_gyroscope_beside_the_camera_is_chosen(topics, chosen):
     assert BagTopics(dict.fromkeys(topics, IMU), 'a bag').imu('/camera/rgb/image') == chosen
+
+
+def test_why_an_imu_is_not_used_is_remarked(tmp_path, inertial, monkeypatch):
+    write_bag(tmp_path / 'out', inertial)
+    source = open_source(tmp_path / 'out')
+    assert source.remarks == [] and len(list(source.frames(raise_damage)))
+    assert source.remarks == []
+    monkeypatch.setattr(bag_cameras.BagCameras, 'in_colour', lambda *_: None)
+    source = open_source(tmp_path / 'out')
+    frames = source.frames(raise_damage)
+    assert next(frames).imu is None
+    remark, = source.remarks
+    assert remark.startswith(f'{tmp_path}/out: the IMU on /imu is not used, as no transform from ')
+    assert remark.endswith('is on /tf_static: record it, too')
+
+
+def test_an_imu_that_measures_nothing_is_remarked(tmp_path, inertial):
+    nothing = [dataclasses.replace(frame, imu=ImuSamples(
+        frame.imu.stamps, *2 * (np.full((len(frame.imu), 3), np.nan),)))
+        for frame in inertial.recorded]
+    write_bag(tmp_path / 'out', dataclasses.replace(inertial, recorded=nothing))
+    source = open_source(tmp_path / 'out')
+    list(source.frames(raise_damage))
+    remark, = source.remarks
+    assert 'samples of the IMU on /imu have neither a turn rate nor an acceleration' in remark

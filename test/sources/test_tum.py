@@ -207,6 +207,16 @@ def test_the_interval_limits_the_pairs(recorded_folder, recording):
     assert 0 < len(source) == sum(offset <= limit for offset in offsets) < 6
 
 
+def test_images_without_a_partner_are_counted(recorded_folder):
+    assert not TumSource(recorded_folder).remarks
+    edit(recorded_folder / 'depth.txt', lambda text: '\n'.join(text.splitlines()[:-2]))
+    source = TumSource(recorded_folder)
+    assert len(source) == 4
+    assert source.remarks == [
+        f'{recorded_folder}: 2 of 6 images in rgb.txt and 0 of 4 in depth.txt are not used: they '
+        'have no partner in the other list within 0.02 s (--max-interval)']
+
+
 @pytest.mark.parametrize('number, published', [
     ('1', (517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633)),
     ('2', (520.9, 521.0, 325.1, 249.7, 0.2312, -0.7849, -0.0033, -0.0001, 0.9172)),

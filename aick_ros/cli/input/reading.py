@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
 
 from aick_ros.cli.input.damage_log import DamageLog
@@ -57,6 +57,11 @@ class Reading:
     def ground_truth(self) -> Trajectory | None:
         """True trajectory of the colour camera, or None."""
         return self._source.ground_truth
+
+    @property
+    def remarks(self) -> Sequence[str]:
+        """What of the source was not used and why, in sentences."""
+        return self._source.remarks
 
     def __len__(self) -> int:
         """Return the number of frames, or an upper bound."""

@@ -90,7 +90,7 @@ class ImuInput:
         silence = time.monotonic() - self._received_at
         if silence > _SILENT:
             return f'no sample of the IMU has come on {topic} for {silence:.0f} s'
-        return self._missing or self._clock
+        return self._missing or self._clock or self._buffer.complaint(topic)
 
     def reaches(self, stamp: int) -> bool:
         """

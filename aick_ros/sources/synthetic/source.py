@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -120,6 +120,11 @@ class SyntheticSource:
     def __len__(self) -> int:
         """Return the number of frames."""
         return self._options.frames
+
+    @property
+    def remarks(self) -> Sequence[str]:
+        """What of it was not used; there is nothing."""
+        return ()
 
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """

@@ -3,6 +3,8 @@
 
 """The topic of an IMU: which samples go with a frame, what is waited for and what is said."""
 
+import math
+
 import numpy as np
 import pytest
 from geometry_msgs.msg import Vector3
@@ -50,14 +52,14 @@ class Driver:
     def is_polled(self):
         return not self.timer.is_canceled()
 
-    def publish(self, milliseconds):
+    def publish(self, milliseconds, **values):
         """Have a sample arrive."""
         self._neighbours.wait_until(self.subscription.get_publisher_count, 'the driver')
-        self._neighbours.send(self._publisher, message(milliseconds))
+        self._neighbours.send(self._publisher, message(milliseconds, **values))
 
-    def send(self, milliseconds):
+    def send(self, milliseconds, **values):
         """Have a sample arrive, and let the timer run, if it does."""
-        self.publish(milliseconds)
+        self.publish(milliseconds, **values)
         if self.is_polled:
             self.timer.callback()
 
@@ -330,3 +332,11 @@ def test_the_node_uses_it(rig, start_node, all_frames):
         rig.send(frame)
         rig.answer(frame.stamp)
     rig.wait_until(lambda: rig.values()['gyroscope'].startswith('bias ('), rig.values)
+
+
+def test_samples_that_measure_nothing_are_said(made):
+    source, driver = made()
+    for stamp in range(100):
+        assert source.complaint == ''
+        driver.send(stamp, rate=3 * (math.nan,))
+    assert source.complaint.startswith('the last 100 samples of the IMU on /imu have neither')
