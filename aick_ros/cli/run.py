@@ -22,6 +22,7 @@ from aick_ros.borders import no_memory
 from aick_ros.borders.streams import flush_output
 from aick_ros.cli import exit_codes
 from aick_ros.cli.app import app
+from aick_ros.cli.input.options import DEPTH_IN_COLOUR, SEVEN_NUMBERS
 from aick_ros.cli.output.console import say
 from aick_ros.cli.packages import missing_package
 from aick_ros.errors import InputError
@@ -108,10 +109,18 @@ def _user_sentence(error: Exception) -> str:
     # typer raises the usage errors of click or, in later versions, of its own copy of click
     if not hasattr(error, 'format_message'):
         return ''
+    if DEPTH_IN_COLOUR in _options_of(error):
+        return SEVEN_NUMBERS
     context: Any = getattr(error, 'ctx', None)
     where = context.command_path if context is not None else 'aick'
     sentence = error.format_message().rstrip('.')
     return f'{sentence}{" See" if sentence.endswith("?") else "; see"} {where} --help'
+
+
+def _options_of(error: Exception) -> Sequence[str]:
+    """Return the names of the option that a usage error is about; none where it is of none."""
+    name, parameter = getattr(error, 'option_name', None), getattr(error, 'param', None)
+    return [name] if name is not None else getattr(parameter, 'opts', [])
 
 
 def _current_folder_exists() -> bool:

@@ -123,18 +123,18 @@ class Camera:
                 'belongs to k, or calibrate the camera')
 
     @classmethod
-    def from_camera_info(cls, width: int, height: int, k: Sequence[float],
+    def from_camera_info(cls, width: int, height: int, k: Sequence[float] | np.ndarray,
                          d: Sequence[float] = (), distortion_model: str = '') -> Camera:
         """
         Return the camera described by the fields of a sensor_msgs/CameraInfo.
 
-        :param k: 3x3 intrinsic matrix, row-major.
+        :param k: 3x3 intrinsic matrix, row-major: nine numbers, or an array of shape 3x3.
         :param d: distortion coefficients; all zero: no distortion.
         :param distortion_model: a key of :data:`DISTORTION_MODELS`; empty: plumb_bob.
         :raises InputError: if a field is invalid, for example ``k`` all zero (not calibrated).
         """
         try:
-            k, d = [float(number) for number in k], [float(number) for number in d]
+            k, d = _rows(k), [float(number) for number in d]
             width, height = int(width), int(height)
         except (TypeError, ValueError, OverflowError) as error:
             raise InputError(f'camera_info is not of numbers ({error}): required are width and '
@@ -256,6 +256,11 @@ def _undistort(pixels: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -
             pixels, matrix, distortion, None, None, _UNDISTORT_CRITERIA))
     return np.asarray(
         cv2.undistortPoints(pixels, matrix, distortion, criteria=_UNDISTORT_CRITERIA))
+
+
+def _rows(k: Sequence[float] | np.ndarray) -> list[float]:
+    """Return the numbers of a matrix, row by row: of one that is not 3x3 as they are given."""
+    return [float(number) for number in (np.ravel(k) if np.shape(k) == (3, 3) else k)]
 
 
 def _is_intrinsic(k: Sequence[float]) -> bool:

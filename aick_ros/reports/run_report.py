@@ -12,6 +12,7 @@ from datetime import datetime
 import numpy as np
 from matplotlib.figure import Figure
 
+from aick_ros.borders.names import counted
 from aick_ros.evaluation.scores.frame_record import FrameRecord, is_level, trajectory_of
 from aick_ros.evaluation.scores.run_summary import RunSummary
 from aick_ros.evaluation.scores.trajectory_errors import compare
@@ -43,14 +44,15 @@ def report(summary: RunSummary, records: Sequence[FrameRecord],
 
 def _head(summary: RunSummary, started: datetime) -> Iterator[str]:
     yield page.heading(summary.source, 1)
-    frames = '1 frame' if summary.frames == 1 else f'{summary.frames} frames'
+    frames = counted(summary.frames, 'frame')
     yield page.paragraph(f'{frames}, {summary.duration_s:.1f} s, run on '
                          f'{started:%d %B %Y at %H:%M}', 'quiet')
     if summary.ended != 'complete':
         yield page.paragraph(f'This run is not complete: {summary.ended}', 'notice')
     if summary.damaged_images:
-        yield page.paragraph(f'{summary.damaged_images} images could not be used and were '
-                             'skipped.', 'notice')
+        were = 'was' if summary.damaged_images == 1 else 'were'
+        yield page.paragraph(f'{counted(summary.damaged_images, "image")} could not be used and '
+                             f'{were} skipped.', 'notice')
     yield page.tiles(_tiles(summary))
 
 

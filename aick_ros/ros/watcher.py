@@ -135,7 +135,8 @@ def check_namespace(namespace: str) -> None:
     try:
         validate_namespace(f'/{namespace.lstrip("/")}')
     except InvalidNamespaceException as error:
-        raise InputError(f'--namespace {namespace}: {str(error).splitlines()[0]}') from None
+        reason = str(error).splitlines()[0].rstrip(':')
+        raise InputError(f'--namespace {namespace}: {reason}') from None
 
 
 @contextmanager

@@ -19,10 +19,10 @@ from aick_ros.messages.camera_info import is_rectified, to_camera
 from aick_ros.sources import SourceOptions, raise_damage
 from aick_ros.sources.bag_file import BagFile
 from aick_ros.sources.bag_topics import TRANSFORMS, BagTopics
-from aick_ros.sources.calibration import read_camera
+from aick_ros.sources.calibration import BY_OPTION, read_camera
 
 _STATIC_TRANSFORMS = '/tf_static'
-_CAMERA_REMEDY = 'or give a calibration with --camera FILE'
+_CAMERA_REMEDY = f'or give a calibration {BY_OPTION}'
 
 
 class BagCameras:

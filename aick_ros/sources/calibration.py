@@ -26,10 +26,12 @@ _YAML = ('.yaml', '.yml')
 CAMERA_FILE = 'camera.json'
 """Name of the calibration file that belongs to a folder."""
 
-HOW_TO_GIVE = (f'give one with --camera FILE, or put it into the folder as {CAMERA_FILE}: '
-               '{"width": ..., "height": ..., "distortion_model": "plumb_bob", '
-               '"k": [nine numbers, row by row], "d": [...]}; --camera reads the YAML of '
-               'camera_calibration too')
+BY_OPTION = 'with --camera FILE (of aick convert, for commands without this option)'
+"""How to give a calibration to a command; some have several recordings, others a bag to play."""
+
+HOW_TO_GIVE = (f'put one into the folder as {CAMERA_FILE}: {{"width": ..., "height": ..., '
+               '"distortion_model": "plumb_bob", "k": [nine numbers, row by row], "d": [...]}, or '
+               f'give it, or the YAML of camera_calibration, {BY_OPTION}')
 
 
 def read_camera(path: Path) -> Camera:

@@ -432,3 +432,12 @@ def test_a_command_with_too_little_is_one_sentence(tmp_path, arguments, kilobyte
     assert process.returncode == 2
     assert process.stderr.startswith('aick: the memory of a process is limited to ')
     assert process.stderr.count('\n') == 1
+
+
+@pytest.mark.parametrize('values', [('1', '2', '3'), ('1', '2', '3', '--limit', '5', 'x', '7')])
+def test_an_option_of_several_numbers_says_how_many(aick, values):
+    outcome = aick('replay', 'bag', '--depth-in-colour', *values)
+    assert outcome.code == 2
+    assert outcome.sentence == (
+        '--depth-in-colour requires seven numbers, separated by blanks: the position x y z [m] '
+        'and the quaternion qx qy qz qw')

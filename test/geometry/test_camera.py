@@ -74,6 +74,14 @@ def test_empty_input_gives_empty_output():
     assert FISHEYE.back_project(np.empty((0, 2)), np.empty(0)).shape == (0, 3)
 
 
+def test_the_matrix_of_camera_info_may_have_its_shape():
+    flat = Camera.from_camera_info(640, 480, K)
+    assert Camera.from_camera_info(640, 480, np.reshape(K, (3, 3))) == flat
+    assert Camera.from_camera_info(640, 480, np.reshape(K, (3, 3)).tolist()) == flat
+    with pytest.raises(InputError, match='camera_info is not of numbers'):
+        Camera.from_camera_info(640, 480, np.reshape(K, (9, 1, 1)).tolist())
+
+
 def test_from_camera_info():
     camera = Camera.from_camera_info(640, 480, K, [0.0] * 5, 'plumb_bob')
     assert camera == Camera(640, 480, 500, 505, 320, 240)

@@ -80,7 +80,8 @@ def test_a_running_node_is_shown_until_ctrl_c(rig, start_node, view, all_frames,
     endless.send_signal(signal.SIGINT)
     assert endless.wait(rig.patience) == 0
     lines = other_log.read_text().splitlines()
-    assert len(lines) == 3 and lines[2].endswith('frames were shown')
+    assert len(lines) == 4 and lines[2].endswith('endless.rrd" opens what was written')
+    assert lines[3].endswith('frames were shown')
     assert '/world/base/Transform3D:translation' in read(tmp_path / 'endless.rrd')
 
     found = read(tmp_path / 'limited.rrd')

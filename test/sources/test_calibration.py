@@ -176,6 +176,7 @@ def test_the_example_of_how_to_give_one_is_a_calibration(tmp_path):
         '...', '480')
     (tmp_path / CAMERA_FILE).write_text(example)
     assert read_camera(tmp_path / CAMERA_FILE) == Camera(640, 480, 500, 501, 320, 240)
-    assert HOW_TO_GIVE.startswith('give one with --camera FILE, or put it into the folder as '
-                                  'camera.json: {')
-    assert HOW_TO_GIVE.endswith('}; --camera reads the YAML of camera_calibration too')
+    assert HOW_TO_GIVE.startswith('put one into the folder as camera.json: {')
+    assert HOW_TO_GIVE.endswith(
+        '}, or give it, or the YAML of camera_calibration, with --camera FILE (of aick convert, '
+        'for commands without this option)')

@@ -131,7 +131,7 @@ def test_calibration_may_be_json_above_or_given(folder, tmp_path):
 def test_a_missing_calibration_says_how_to_give_one(folder):
     (folder / 'camera-intrinsics.txt').unlink()
     with pytest.raises(InputError, match=(
-            'has no calibration: give one with --camera FILE.*, or as '
+            'has no calibration: put one into the folder .* with --camera FILE .*, or as '
             r'camera-intrinsics.txt with three rows \(7-Scenes: 585 0 320 / '
             r'0 585 240 / 0 0 1\)$')):
         ImagesSource(folder)

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from aick_ros.borders.names import counted
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import Reading
@@ -48,5 +49,5 @@ def convert(source: options.Source, out: Out, storage: Storage = 'mcap',
     with progress(reading.name, len(reading)) as show:
         frames = write_bag(out, reading, storage, depth_encoding, reading.damage,
                            lambda written, total: show(written))
-    typer.echo(f'{frames} frames in {out}')
+    typer.echo(f'{counted(frames, "frame")} in {out}')
     return outcome.of_reading(reading)

@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from aick_ros.borders.names import counted
 from aick_ros.cli import exit_codes, outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import Reading
@@ -41,8 +42,9 @@ Plots = Annotated[Path | None, typer.Option(
     help='Folder for the plot of the Allan deviation, allan.png, with --imu.')]
 
 
-def noise(source: options.Source, json: options.JsonFile = None, config: options.Config = None,
-          assignments: options.Assignments = None, camera: options.CameraFile = None,
+def noise(source: options.Source, json: options.JsonFile = None,
+          config: options.Config = None, assignments: options.Assignments = None,
+          camera: options.CameraFile = None,
           colour_topic: options.ColourTopic = None, depth_topic: options.DepthTopic = None,
           info_topic: options.InfoTopic = None,
           ground_truth_topic: options.GroundTruthTopic = None,
@@ -127,7 +129,7 @@ def _lines(found: CameraNoise) -> Iterator[str]:
     depth, pixels = found.depth, found.pixels
     yield '/**:'
     yield '  ros__parameters:'
-    frames = '1 frame' if depth.frames == 1 else f'{depth.frames} frames'
+    frames = counted(depth.frames, 'frame')
     yield f'    # measured with aick noise: {depth.source}, {frames}'
     yield f'    # depths from {depth.nearest:.2f} to {depth.farthest:.2f} m, {_surfaces(depth)}'
     yield f'    sensor.depth_sigma: {depth.depth_sigma:.5f}'

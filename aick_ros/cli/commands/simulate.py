@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from aick_ros.borders.names import counted
 from aick_ros.cli.output.console import progress
 from aick_ros.errors import InputError
 from aick_ros.geometry.camera import Camera
@@ -82,7 +83,7 @@ def simulate(out: Out, format: Form = Format.MCAP, frames: Frames = 150, seed: S
         else:
             count = write_bag(out, source, format.value, on_damaged=raise_damage,
                               progress=lambda written, total: show(written))
-    typer.echo(f'{count} frames in {out}')
+    typer.echo(f'{counted(count, "frame")} in {out}')
     return 0
 
 

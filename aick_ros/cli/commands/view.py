@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from aick_ros.borders.address_space import check_address_space
+from aick_ros.borders.names import counted
 from aick_ros.borders.open_files import check_open_files
 from aick_ros.cli import exit_codes, outcome
 from aick_ros.cli.input import options
@@ -119,7 +120,7 @@ def _watch(namespace: str, remaps: list[str], save: Path | None, web: bool,
         while not (interruption.requested or spin.done() or next(ends)):
             time.sleep(_POLL_INTERVAL)
             next(hints, None)
-    say(f'{watcher.frames} frames were shown')
+    say(f'{counted(watcher.frames, "frame")} {"was" if watcher.frames == 1 else "were"} shown')
     is_in_vain = limit is not None and not watcher.frames and not interruption.requested
     return exit_codes.UNUSABLE_INPUT if is_in_vain else exit_codes.DONE
 

@@ -11,6 +11,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from aick_ros.borders.names import counted
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.damage_log import DamageLog
@@ -68,11 +69,11 @@ def vocabulary(sources: Sources, out: Out, words: Words = 1000, every: Every = 1
     with progress('clustering', ROUNDS, 'rounds') as show:
         centres = learn_words(np.concatenate(descriptors), words, seed, ROUNDS, show)
     learned = Vocabulary(settings.features.detector, centres,
-                         f'{len(descriptors)} frames of {", ".join(sources)}')
+                         f'{counted(len(descriptors), "frame")} of {", ".join(sources)}')
     write_whole(out, learned.to_bytes())
     count = sum(map(len, descriptors))
     typer.echo(f'{words} words of {count} {settings.features.detector} keypoints, '
-               f'{len(descriptors)} frames, in {out}')
+               f'{counted(len(descriptors), "frame")}, in {out}')
     return outcome.of_reading(reading)
 
 

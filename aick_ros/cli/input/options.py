@@ -19,6 +19,11 @@ from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import values, with_values
 from aick_ros.settings.presets import PRESETS, preset
 
+DEPTH_IN_COLOUR = '--depth-in-colour'
+SEVEN_NUMBERS = (f'{DEPTH_IN_COLOUR} requires seven numbers, separated by blanks: the position '
+                 'x y z [m] and the quaternion qx qy qz qw')
+"""The sentence for other values."""
+
 Source = Annotated[str, typer.Argument(
     metavar='SOURCE', show_default=False,
     help='Recording: a ROS 2 bag (folder, .mcap or .db3), a ROS 1 bag, a TUM folder, a folder of '
@@ -30,7 +35,8 @@ Preset = Annotated[str | None, typer.Option(
          'instead of the defaults.')]
 Config = Annotated[Path | None, typer.Option(
     '--config', metavar='FILE', show_default=False,
-    help='Parameter file (YAML) of the node; it overrides the preset.')]
+    help='Parameter file (YAML) of the node; its values override the defaults, and those of a '
+         'preset, which it may name itself.')]
 Assignments = Annotated[list[str] | None, typer.Option(
     '--set', metavar='NAME=VALUE', show_default=False,
     help='Set one parameter, for example aick.alpha=0.7; it overrides preset and file. May be '
@@ -60,7 +66,7 @@ DepthInfoTopic = Annotated[str | None, typer.Option(
     help='Calibration of the depth camera, with --register-depth.')]
 DepthInColour = Annotated[
     tuple[float, float, float, float, float, float, float] | None, typer.Option(
-        '--depth-in-colour', metavar='X Y Z QX QY QZ QW', show_default=False,
+        DEPTH_IN_COLOUR, metavar='X Y Z QX QY QZ QW', show_default=False,
         help='Pose of the depth camera in the colour camera, with --register-depth; without it '
              'from /tf_static of the bag.')]
 MaxInterval = Annotated[float, typer.Option(

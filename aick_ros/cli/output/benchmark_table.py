@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from aick_ros.borders.names import counted
 from aick_ros.cli.output.console import decimal, say, table
 from aick_ros.cli.output.missing_pairs import without_pairs
 from aick_ros.evaluation.benchmark.results import MethodScore, Results
@@ -26,7 +27,7 @@ def show_results(results: Results, on_stderr: bool) -> None:
                    'p50\n[ms]', 'p99\n[ms]', 'per frame\n[ms]')
         rows = (row for method, scores in results.methods.items()
                 for row in _rows(method, scores[recording], gaps))
-        table(f'{recording}: {facts["frames"]} frames', rows, columns, on_stderr)
+        table(f'{recording}: {counted(facts["frames"], "frame")}', rows, columns, on_stderr)
         missing = [int(gap) for gap in facts['pairs'] if gap not in gaps]
         if missing:
             say(without_pairs(recording, facts['frames'], missing))
@@ -34,7 +35,7 @@ def show_results(results: Results, on_stderr: bool) -> None:
         for recording, score in scores.items():
             for failure, count in score.failures.items():
                 if failure.startswith(_PROBLEMS):
-                    say(f'{method} on {recording}: {count} pairs failed: {failure}')
+                    say(f'{method} on {recording}: {counted(count, "pair")} failed: {failure}')
     for method, reason in results.not_run.items():
         say(f'{method} was not run: {reason}')
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from aick_ros.borders.names import counted
 from aick_ros.cli.output.console import decimal, table
 from aick_ros.evaluation.scores.consistency import DOF, Consistency
 from aick_ros.evaluation.scores.evaluation import Evaluation
@@ -22,7 +23,7 @@ def show(evaluation: Evaluation, on_stderr: bool) -> None:
     pairs = {gap: score for gap, score in evaluation.pairs.items() if score.count}
     columns = ('gap', 'pairs', 'failed', *(f'within\n{1e3 * float(t):g} mm' for t in thresholds),
                'median\n[mm]', 'median\n[deg]', 'p50\n[ms]', 'p99\n[ms]')
-    table(f'{evaluation.source}: {evaluation.frames} frames',
+    table(f'{evaluation.source}: {counted(evaluation.frames, "frame")}',
           (_row(gap, score) for gap, score in pairs.items()), columns, on_stderr)
     rows = [_consistency_row('odometry', evaluation.consistency),
             *(_consistency_row(f'gap {gap}', score.consistency) for gap, score in pairs.items())]
@@ -45,7 +46,7 @@ def show(evaluation: Evaluation, on_stderr: bool) -> None:
 
 def _show_motions(evaluation: Evaluation, on_stderr: bool) -> None:
     """Print the consistency along the trajectory; nothing without ground truth."""
-    scores = {**{f'{gap} frames': score for gap, score in
+    scores = {**{counted(gap, 'frame'): score for gap, score in
                  evaluation.trajectory_consistency.items()}, 'poses': evaluation.pose_consistency}
     rows = [_motion_row(name, score) for name, score in scores.items() if score.count]
     parts = ('all six', 'translation', 'rotation')

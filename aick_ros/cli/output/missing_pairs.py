@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from aick_ros.borders.names import counted
+
 
 def without_pairs(recording: str, frames: int, gaps: Sequence[int]) -> str:
     """
@@ -23,5 +25,5 @@ def without_pairs(recording: str, frames: int, gaps: Sequence[int]) -> str:
     else:
         remedy = ('name others; a pair counts where the ground truth covers both of its frames '
                   'and none is missing between them')
-    return (f'{recording} ({frames} frames) has no pair at --gaps {",".join(map(str, gaps))}: '
-            f'{remedy}')
+    return (f'{recording} ({counted(frames, "frame")}) has no pair at --gaps '
+            f'{",".join(map(str, gaps))}: {remedy}')

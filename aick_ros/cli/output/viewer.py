@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import socket
 from collections.abc import Iterator
@@ -54,6 +55,8 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
         stream.send_recording_name(printable(name))
         yield stream
         stream.flush()
+    if save is not None and save.is_file():
+        say(f'"rerun {shlex.quote(str(save))}" opens what was written')
 
 
 def _check_file(save: Path) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros.borders.names import counted
 from aick_ros.errors import InputError
 from aick_ros.evaluation.noise.noise_law import MIN_SAMPLES, bins_of, fit_law
 from aick_ros.evaluation.noise.patch_noise import PatchNoise
@@ -97,9 +98,9 @@ class DepthNoiseSamples:
             raise InputError(
                 f'{name}: {len(depths)} patches of smooth surface between '
                 f'{self._sensor.min_depth:g} and {self._sensor.max_depth:g} m, in '
-                f'{len(self._noises)} frames, are too few to estimate the depth noise (at least '
-                f'{MIN_SAMPLES} at about the same depth are required): record walls, floors and '
-                'tables, with the camera moving slowly, from near and from far')
+                f'{counted(len(self._noises), "frame")}, are too few to estimate the depth noise '
+                f'(at least {MIN_SAMPLES} at about the same depth are required): record walls, '
+                'floors and tables, with the camera moving slowly, from near and from far')
         declared = {p.name: p for p in parameters(self._sensor)}
         if min(bin_.sigma for bin_ in bins) < (declared['depth_sigma'].minimum or 0.0):
             raise InputError(f'{name}: its depth has no noise; record with a real camera, or '

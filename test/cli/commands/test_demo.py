@@ -214,3 +214,16 @@ def test_the_node_has_a_domain_of_its_own_and_answers_every_frame(monkeypatch, t
     assert pace._rate == 3.0
     assert os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
     assert 1 <= int(os.environ['ROS_DOMAIN_ID']) <= 101
+
+
+def test_advice_about_a_calibration_can_be_followed(aick, tmp_path):
+    """The demo has no --camera: the command that makes a recording with a calibration is named."""
+    (tmp_path / 'tum').mkdir()
+    for name in ('rgb.txt', 'depth.txt'):
+        (tmp_path / 'tum' / name).write_text('1 a.png\n')
+    outcome = aick('demo', 'tum')
+    assert outcome.code == 2
+    assert 'with --camera FILE (of aick convert, for commands without this option)' in (
+        outcome.sentence)
+    assert '{"width": ..., "height": ...' in outcome.sentence
+    assert '--camera' in aick('convert', '--help').out

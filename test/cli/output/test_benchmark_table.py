@@ -42,7 +42,7 @@ def test_rows_and_sentences(capsys, results):
             ['ndt', '1', '40', '4', *numbers, '12.3'], ['5', '30', '3', *numbers])]
     assert shown.err.splitlines() == [
         'aick: ndt on a room: 7 pairs failed: crashed (Aborted)',
-        'aick: ndt on a room: 1 pairs failed: took longer than 2 s',
+        'aick: ndt on a room: 1 pair failed: took longer than 2 s',
         'aick: gicp was not run: pcl is missing']
 
 

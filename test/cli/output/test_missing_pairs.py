@@ -16,5 +16,6 @@ from aick_ros.cli.output.missing_pairs import without_pairs
     (1, [1, 5], 'a pair requires two frames')])
 def test_the_remedy_is_one_that_helps(frames, gaps, remedy):
     named = ','.join(str(gap) for gap in gaps)
+    count = '1 frame' if frames == 1 else f'{frames} frames'
     assert without_pairs('desk', frames, gaps) == (
-        f'desk ({frames} frames) has no pair at --gaps {named}: {remedy}')
+        f'desk ({count}) has no pair at --gaps {named}: {remedy}')
