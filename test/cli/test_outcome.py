@@ -25,7 +25,7 @@ def test_the_end_of_a_reading(capfd, ended, damaged, code, messages):
     for _ in range(damaged):
         damage(InputError('1.png is damaged'))
     capfd.readouterr()
-    assert outcome.of_reading(SimpleNamespace(ended=ended, damage=damage)) == code
+    assert outcome.of_reading(SimpleNamespace(ended=ended, damage=damage, remarks=())) == code
     lines = capfd.readouterr().err.splitlines()
     assert len(lines) == len(messages)
     assert all(line.startswith(f'aick: {message}') for line, message in zip(lines, messages))
@@ -33,5 +33,13 @@ def test_the_end_of_a_reading(capfd, ended, damaged, code, messages):
 
 @pytest.mark.parametrize('ended, code', [(COMPLETE, 2), (INTERRUPTED, 130), ('broken', 2)])
 def test_a_reading_of_which_nothing_was_tracked(ended, code):
-    reading = SimpleNamespace(ended=ended, damage=DamageLog())
+    reading = SimpleNamespace(ended=ended, damage=DamageLog(), remarks=())
     assert outcome.of_reading(reading, is_untracked=True) == code
+
+
+def test_what_was_not_used_is_said_and_is_no_error(capfd):
+    reading = SimpleNamespace(ended=COMPLETE, damage=DamageLog(), remarks=[
+        '6 of 150 images have no partner', 'the IMU is not used'])
+    assert outcome.of_reading(reading) == 0
+    assert capfd.readouterr().err == (
+        'aick: 6 of 150 images have no partner\naick: the IMU is not used\n')
