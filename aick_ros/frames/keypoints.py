@@ -18,6 +18,7 @@ from aick_ros.features.detector import detect_some, required_descriptors
 from aick_ros.features.selection import spread
 from aick_ros.features.vocabulary import FrameWords, Vocabulary
 from aick_ros.frames import depth
+from aick_ros.frames.mask import mask_of
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.settings import FeatureSettings, SensorSettings
 
@@ -99,7 +100,8 @@ class KeypointExtractor:
     :param word_radius: R_w, maximum descriptor distance between a keypoint and its words.
     :param detector: replaces the one named by ``features.detector``; the noise of its keypoints is
         that of ``features.chosen`` all the same.
-    :raises InputError: where the detector has no method ``detect``.
+    :raises InputError: where the detector has no method ``detect``, or the mask of the settings
+        cannot be read.
     """
 
     def __init__(self, features: FeatureSettings, sensor: SensorSettings,
@@ -109,6 +111,7 @@ class KeypointExtractor:
         self._vocabulary = vocabulary
         self._word_radius = word_radius
         self._sensor = required(sensor, SensorSettings, 'sensor')
+        self._mask = mask_of(sensor)
         if detector is not None:
             required_method(detector, 'detect', 'the detector')
         self._detector = make_detector(features) if detector is None else detector
@@ -121,9 +124,12 @@ class KeypointExtractor:
         """
         Return the keypoints of a frame; there may be none.
 
-        :raises InputError: where the image is too small, or the detector does not return features.
+        :raises InputError: where the image is too small, the mask does not fit it, or the detector
+            does not return features.
         """
         required(frame, RgbdFrame, 'the frame')
+        if self._mask is not None:
+            frame = self._mask.applied(frame)
         detected = detect_some(self._detector, frame.grey,
                                functools.partial(self._choose, frame.depth))
         positions = frame.camera.back_project(
@@ -148,7 +154,10 @@ class KeypointExtractor:
     def _choose(self, image: np.ndarray, pixels: np.ndarray,
                 responses: np.ndarray) -> np.ndarray:
         """Return the keypoints to keep, the strongest first: with depth, and spread."""
-        kept = np.flatnonzero(np.isfinite(depth.sample(image, pixels, self._sensor)))
+        has_depth = np.isfinite(depth.sample(image, pixels, self._sensor))
+        if self._mask is not None:
+            has_depth &= self._mask.shows(pixels, image.shape)
+        kept = np.flatnonzero(has_depth)
         kept = kept[np.argsort(-responses[kept], kind='stable')]
         maximum, cell_size = self._features.max_keypoints, self._features.cell_size
         if not maximum or len(kept) <= maximum:

@@ -15,6 +15,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 
+from aick_ros.borders.encoded_image import ByteData
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.messages import png_jpeg, rtabmap_depth
@@ -30,7 +31,7 @@ class CompressedImageMessage(Protocol):
     """The fields of a sensor_msgs/CompressedImage that are used."""
 
     format: str
-    data: png_jpeg.ByteData
+    data: ByteData
 
 
 def decode_colour(message: CompressedImageMessage, bits: BitDepth | None = None) -> np.ndarray:

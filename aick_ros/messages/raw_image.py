@@ -17,11 +17,12 @@ from typing import NamedTuple, Protocol
 import cv2
 import numpy as np
 
+from aick_ros.borders.encoded_image import ByteData
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.messages.bit_depth import BitDepth
 from aick_ros.messages.depth_units import MILLIMETRES, to_metres, to_units, valid_metres
-from aick_ros.messages.png_jpeg import ByteData, to_8_bit
+from aick_ros.messages.png_jpeg import to_8_bit
 
 
 class ImageMessage(Protocol):

@@ -15,6 +15,7 @@ import struct
 
 import numpy as np
 
+from aick_ros.borders.encoded_image import decode
 from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.messages import png_jpeg
@@ -49,7 +50,7 @@ def decode_depth(format_: str, content: bytes) -> np.ndarray:
                              'again')
         width, height = _SIZE.unpack_from(content, len(_RVL))
         return to_metres(decode_rvl(content[_START:], width, height), MILLIMETRES)
-    image = png_jpeg.decode(content)
+    image = decode(content)
     if image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 4:
         return valid_metres(np.ascontiguousarray(image).view('<f4')[..., 0])
     return to_metres(png_jpeg.require_units(image), MILLIMETRES)

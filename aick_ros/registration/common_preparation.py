@@ -90,9 +90,11 @@ class CommonPreparation:
         return self._again(prepared)
 
     def _prepare_again(self, prepared: PreparedFrame) -> PreparedFrame:
-        frame, has_surface = prepared.frame, prepared.repeat is not Repeat.DEPTH
+        frame = self._preparer.masked(prepared.frame)
+        has_surface = prepared.repeat is not Repeat.DEPTH
         return replaced(
-            prepared, keypoints=self._preparer.keypoints(frame), is_tracked=False,
+            prepared, frame=frame, grey=frame.grey, is_tracked=False,
+            keypoints=self._preparer.keypoints(frame),
             surface=self._preparer.surface(frame) if has_surface else None,
             settings=self._preparer.settings)
 

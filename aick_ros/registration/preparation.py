@@ -14,6 +14,7 @@ from aick_ros.features.vocabulary import vocabulary_of
 from aick_ros.frames.depth_distortion import NO_DISTORTION, DepthDistortion
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
+from aick_ros.frames.mask import mask_of
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.registration.stage_times import StageTimes
@@ -29,7 +30,7 @@ class Preparer:
     both at once, as those named by ``features.detector`` are.
 
     :param detector: used instead of the one that ``features.detector`` names.
-    :raises InputError: if the vocabulary of the settings cannot be read.
+    :raises InputError: if the vocabulary or the mask of the settings cannot be read.
     """
 
     def __init__(self, settings: Settings, detector: Detector | None = None) -> None:
@@ -38,6 +39,7 @@ class Preparer:
         self._extractor = KeypointExtractor(settings.features, settings.sensor,
                                             vocabulary_of(settings), settings.aick.word_radius,
                                             detector)
+        self._mask = mask_of(settings.sensor)
         self.distortion = NO_DISTORTION
         """That of the depth images of the camera, as far as it is known."""
 
@@ -62,6 +64,10 @@ class Preparer:
         if self._makes_keypoints:  # else most frames need none of their own
             preparation.keypoints()
         return preparation
+
+    def masked(self, frame: RgbdFrame) -> RgbdFrame:
+        """Return a frame without the part of its images that is not used: itself if all is."""
+        return frame if self._mask is None else self._mask.applied(frame)
 
     def keypoints(self, frame: RgbdFrame) -> KeypointFrame:
         """Return the keypoints of a frame."""
@@ -110,20 +116,21 @@ class Preparation:
         return again
 
     def corrected(self) -> RgbdFrame:
-        """Return the frame with its depth image free of the distortion: itself if it has none."""
+        """Return the frame masked and with depth free of distortion: itself if it has neither."""
         if self._corrected is None:
             self._corrected = self._without(self.distortion)
         return self._corrected
 
     def corrected_for(self, distortion: DepthDistortion) -> RgbdFrame:
-        """Return the frame with its depth image free of a distortion; itself if that is none."""
+        """Return the frame masked and with depth free of a distortion; itself without either."""
         return (self.corrected() if distortion == self.distortion
                 else self._without(distortion))
 
     def _without(self, distortion: DepthDistortion) -> RgbdFrame:
-        if distortion.is_none:
-            return self.frame
-        return replaced(self.frame, depth=distortion.undistorted(self.frame.depth))
+        frame = self.frame
+        if not distortion.is_none:
+            frame = replaced(frame, depth=distortion.undistorted(frame.depth))
+        return self.preparer.masked(frame)
 
     def add_imu(self, samples: ImuSamples) -> None:
         """

@@ -18,6 +18,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from aick_ros.errors import InputError
 from aick_ros.features.vocabulary import vocabulary_of
+from aick_ros.frames.mask import mask_of
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.settings import Settings
@@ -145,6 +146,7 @@ class LiveSettings:
             name: value for name, value in changes.items()
             if name not in names and name != PRESET.name and not name.startswith(_OF_ROS)})
         vocabulary_of(core)  # rejects one that cannot be read, or of another detector
+        mask_of(core.sensor)  # likewise
         return own, core
 
 

@@ -20,7 +20,7 @@ from aick_ros.settings.parameter import Checked, parameter
 
 @dataclass(frozen=True)
 class SensorSettings(Checked):
-    """Range and noise of the depth camera."""
+    """Range and noise of the depth camera, and the part of the images that is used."""
 
     min_depth: float = parameter(
         0.1, 'Minimum valid depth.', unit='m', minimum=0.0, maximum=100.0)
@@ -35,10 +35,24 @@ class SensorSettings(Checked):
     depth_jump: float = parameter(
         0.02, 'Minimum relative depth difference between neighbouring pixels at a depth edge.',
         minimum=0.001, maximum=1.0)
+    mask: str = parameter(
+        '', 'Image that hides a part of the colour and the depth image, as where they show the '
+        'robot itself: the path of a PNG file with one channel of 8 bits, 0 where images are not '
+        'used, of the size of the colour image or with the same ratio of width to height. Empty: '
+        'they are used everywhere.')
+    roi_ratios: tuple[float, ...] = parameter(
+        (0.0, 0.0, 0.0, 0.0), 'Shares of both images at the left, right, top and bottom that are '
+        'not used.')
 
     def __post_init__(self) -> None:
-        """Reject an empty depth range too."""
+        """Reject an empty depth range too, and shares that leave nothing."""
         super().__post_init__()
+        shares = self.roi_ratios
+        if (len(shares) != 4 or not all(0.0 <= share < 1.0 for share in shares)
+                or sum(shares[:2]) >= 1.0 or sum(shares[2:]) >= 1.0):
+            raise InputError(f'sensor.roi_ratios = {list(shares)}: four shares are required, left '
+                             'right top bottom, from 0 to less than 1, that leave a part of the '
+                             'images')
         if self.min_depth >= self.max_depth:
             raise InputError(f'sensor.min_depth = {self.min_depth:g} m and sensor.max_depth = '
                              f'{self.max_depth:g} m: the first must be less than the second')
@@ -280,6 +294,11 @@ class Settings(Checked):
     refinement: RefinementSettings = RefinementSettings()
     odometry: OdometrySettings = OdometrySettings()
     imu: ImuSettings = ImuSettings()
+
+    @property
+    def files(self) -> tuple[str, str]:
+        """Names of the files that are read; '' where none is."""
+        return self.aick.vocabulary, self.sensor.mask
 
     @property
     def preparation(self) -> PreparationSettings:

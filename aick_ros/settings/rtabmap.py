@@ -83,6 +83,9 @@ READ_AS = {row.theirs.name: row for row in (
     ReadAs(Parameter('Rtabmap/ImagesAlreadyRectified', bool, True,
                      'Whether the images are rectified.'),
            'image_rectification', lambda value: 'rectified' if value else 'raw'),
+    ReadAs(Parameter('Vis/RoiRatios', tuple, (0.0, 0.0, 0.0, 0.0),
+                     'Shares of the image without keypoints: left right top bottom.'),
+           'sensor.roi_ratios'),
     ReadAs(Parameter('Reg/Force3DoF', bool, False, 'Whether x, y and yaw alone are estimated.'),
            'odometry.planar'))}
 

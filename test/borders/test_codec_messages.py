@@ -12,8 +12,8 @@ PREPARED = """
 import sys
 import cv2
 import numpy as np
-from aick_ros.messages.codec_messages import codecs_silenced
-from aick_ros.messages.png_jpeg import decode
+from aick_ros.borders.codec_messages import codecs_silenced
+from aick_ros.borders.encoded_image import decode
 
 image = np.random.default_rng(0).integers(0, 256, (64, 64, 3), np.uint8)
 content = cv2.imencode('.jpg', image)[1].tobytes()

@@ -27,6 +27,15 @@ def test_an_empty_depth_range_is_rejected():
     assert with_values(Settings(), both).sensor.min_depth == 15
 
 
+@pytest.mark.parametrize('shares', [
+    (), (0.1,), (0.1, 0.1, 0.1), (0.0, 0.0, 0.0, 1.0), (-0.1, 0.0, 0.0, 0.0), (0.5, 0.5, 0.0, 0.0),
+    (0.0, 0.0, 0.6, 0.6), (float('nan'), 0.0, 0.0, 0.0)])
+def test_shares_that_leave_nothing_of_the_images_are_rejected(shares):
+    with pytest.raises(InputError, match='sensor.roi_ratios = .*: four shares are required'):
+        SensorSettings(roi_ratios=shares)
+    assert SensorSettings(roi_ratios=(0.5, 0.49, 0.0, 0.9)).roi_ratios[3] == 0.9
+
+
 @pytest.mark.parametrize('group, values, sentence', [
     (FeatureSettings, {'max_keypoints': -5}, 'max_keypoints = -5 is outside 0 to 20000'),
     (FeatureSettings, {'detector': 'magic'}, "detector = 'magic' is none of 'orb', 'surf'"),
@@ -58,7 +67,8 @@ def test_the_documentation_lists_every_parameter_as_it_is_declared(group):
     written = shipped['/**']['ros__parameters']
     for parameter in parameters(group):
         if parameter.default != ():
-            assert written[parameter.name] == parameter.default
+            value = written[parameter.name]
+            assert (tuple(value) if isinstance(value, list) else value) == parameter.default
 
 
 def test_a_depth_range_has_an_extent():

@@ -32,6 +32,7 @@ PAGE = (Path(__file__).parents[2] / 'docs' / 'node.md').read_text()
     ('expected_update_rate', 15, 'max_update_rate', 15.0),
     ('Rtabmap/ImagesAlreadyRectified', 'False', 'image_rectification', 'raw'),
     ('Rtabmap/ImagesAlreadyRectified', 'true', 'image_rectification', 'rectified'),
+    ('Vis/RoiRatios', '0.1 0 0.0 0.25', 'sensor.roi_ratios', (0.1, 0.0, 0.0, 0.25)),
     ('Reg/Force3DoF', 'true', 'odometry.planar', True)])
 def test_what_means_the_same_is_read(name, value, ours, expected):
     translation = translate({name: value})

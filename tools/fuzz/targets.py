@@ -16,6 +16,7 @@ import numpy as np
 from kernel_calls import call_kernel
 from worker import Target
 
+from aick_ros.borders import encoded_image
 from aick_ros.borders.yaml_text import parse_yaml
 from aick_ros.cli.input.settings_file import read_settings_file
 from aick_ros.evaluation.benchmark.journal import begin
@@ -58,7 +59,7 @@ def png_with_checksums(data: bytes, _: Path) -> None:
         end = start + 8 + int.from_bytes(content[start:start + 4], 'big')
         content[end:end + 4] = zlib.crc32(content[start + 4:end]).to_bytes(4, 'big')
         start = end + 4
-    png_jpeg.decode(bytes(content))
+    encoded_image.decode(bytes(content))
 
 
 def compressed_depth(data: bytes, _: Path) -> None:

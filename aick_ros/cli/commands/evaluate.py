@@ -57,7 +57,7 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
     Ctrl-C ends the run with the results up to this point.
     """
     settings = options.settings_from(preset, config, assignments)
-    check_target(json, source, config, camera, settings.aick.vocabulary)
+    check_target(json, source, config, camera, *settings.files)
     numbers = options.gaps_from(gaps)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,

@@ -97,7 +97,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     chosen = variants(settings, vary or ())
     camera = camera and camera.absolute()
     recordings = find_recordings(sources or (), listed)
-    check_target(json, *recordings, listed, config, camera, settings.aick.vocabulary)
+    check_target(json, *recordings, listed, config, camera, *settings.files)
     source_options = SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
         register_depth, depth_info_topic, depth_in_colour)

@@ -66,7 +66,7 @@ def noise(source: options.Source, json: options.JsonFile = None,
     bias walks.
     """
     settings = options.settings_from(None, config, assignments)
-    check_target(json, source, config, camera, settings.aick.vocabulary)
+    check_target(json, source, config, camera, *settings.files)
     how = SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
         register_depth, depth_info_topic, depth_in_colour)

@@ -54,7 +54,7 @@ def replay(source: options.Source, out: Out = Path('runs'), preset: options.Pres
     Ctrl-C ends the run with all files complete up to this point.
     """
     settings = options.settings_from(preset, config, assignments)
-    check_target(json, source, config, camera, settings.aick.vocabulary)
+    check_target(json, source, config, camera, *settings.files)
     check_parent(out, '--out')
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,

@@ -85,8 +85,7 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
                             max_interval, register_depth, depth_info_topic, depth_in_colour)
     if save is not None and web:
         raise InputError('--save and --web exclude each other: give one of them')
-    check_target(None if save is None else str(save), source, config, camera,
-                 settings.aick.vocabulary)
+    check_target(None if save is None else str(save), source, config, camera, *settings.files)
     is_plain = settings == Settings() and reading == SourceOptions()
     if live:
         if source is not None or not is_plain:

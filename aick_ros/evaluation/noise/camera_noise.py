@@ -13,6 +13,7 @@ from typing import Any
 from aick_ros.evaluation.noise.depth_noise import DepthNoise, DepthNoiseSamples
 from aick_ros.evaluation.noise.pixel_noise import PixelNoise, PixelNoiseSamples
 from aick_ros.frames.depth_distortion import NO_DISTORTION, DepthDistortion
+from aick_ros.frames.mask import mask_of
 from aick_ros.odometry import Odometry
 from aick_ros.settings import MisalignmentSettings, Settings
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
@@ -55,10 +56,11 @@ def estimate_noise(source: RgbdSource, settings: Settings = Settings(),
     :raises InputError: where the recording does not determine the depth noise.
     """
     depth, pixels = DepthNoiseSamples(settings.sensor), PixelNoiseSamples(settings)
-    odometry = Odometry(settings)
+    odometry, mask = Odometry(settings), mask_of(settings.sensor)
     for count, frame in enumerate(source.frames(on_damaged), 1):
-        depth.add(frame)
-        pixels.add(frame)
+        seen = frame if mask is None else mask.applied(frame)
+        depth.add(seen)
+        pixels.add(seen)
         odometry.register_frame(frame)
         on_progress(count)
     return CameraNoise(depth.model(source.name), pixels.pairs, pixels.model(),

@@ -15,6 +15,7 @@ from datetime import datetime
 from pathlib import Path
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 from evo.tools import file_interface
@@ -440,3 +441,17 @@ def test_what_there_is_not_has_no_row(monkeypatch):
     broken = shown(monkeypatch, made(status={}, ended='the bag is torn'), on_stderr=True)
     assert broken[1]['ended'] == 'the bag is torn' and broken[2] is True
     assert shown(monkeypatch, made(damaged_images=15))[1]['images skipped'] == '15'
+
+
+def test_a_mask_that_cannot_be_used_is_one_sentence(replay, recording, tmp_path):
+    outcome, _ = replay(recording, '--set', 'sensor.mask=none.png')
+    assert outcome.code == 2
+    assert outcome.sentence == (
+        'cannot read the mask none.png (sensor.mask): No such file or directory')
+    cv2.imwrite(str(tmp_path / 'mask.png'), np.full((100, 100), 255, np.uint8))
+    outcome, _ = replay(recording, '--set', 'sensor.mask=mask.png')
+    assert outcome.code == 2
+    assert outcome.sentence.startswith(
+        'the mask mask.png (sensor.mask) has 100 x 100 pixels and the images 320 x 240: ')
+    outcome, _ = replay(recording, '--set', 'sensor.roi_ratios=0 0 0 0.25')
+    assert outcome.code == 0

@@ -1,0 +1,191 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The part of the images that is not used, as it shows the robot itself."""
+
+from __future__ import annotations
+
+import functools
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from aick_ros.borders.encoded_image import decode
+from aick_ros.borders.files import read_bytes
+from aick_ros.borders.limits import MAX_MESSAGE_BYTES
+from aick_ros.borders.records import replaced
+from aick_ros.errors import InputError
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.settings import SensorSettings
+
+_MARGIN = 7  # px; chosen: corners nearer than this are of the edge of the mask, or seen with it
+_JPEG = b'\xff\xd8\xff'  # by definition: how such files begin
+_NO_FRACTIONS = np.empty(0, np.uint16)  # of a pixel, for OpenCV
+_ALL = 0.0, 0.0, 0.0, 0.0  # shares of the image that are not used
+_REMEDY = 'draw it on an image of the camera, and save it as PNG with one channel of 8 bits'
+
+
+class ImageMask:
+    """
+    Hides a part of the images, which is fixed to the camera.
+
+    There depth is NaN, and brightness that of the nearest pixel which is not hidden: what moves
+    with the camera is gone, and no corner is at the edge of the mask.
+
+    :param image: HxW uint8, 0 where images are not used; None: they are used everywhere.
+    :param roi_ratios: shares of the image at its left, right, top and bottom that are not used.
+    :param name: of the mask, for errors.
+    :raises InputError: where nothing is left.
+    """
+
+    def __init__(self, image: np.ndarray | None, roi_ratios: tuple[float, ...] = _ALL,
+                 name: str = 'the mask') -> None:
+        self._image, self._roi_ratios, self._name = image, roi_ratios, name
+        if image is not None and not image.any():
+            raise InputError(f'{name} is 0 everywhere, so that nothing of the images is used: '
+                             'let it be 255 where they show the surroundings')
+        self._last: _Hidden | None = None  # of images of the size seen last
+
+    def applied(self, frame: RgbdFrame) -> RgbdFrame:
+        """
+        Return a frame without depth where it is hidden, and without its brightness there.
+
+        Its colour image stays, for those who look at it.
+
+        :raises InputError: where the mask does not fit the images.
+        """
+        if vars(frame).get('mask') is self:
+            return frame
+        hidden = self._hidden(*frame.depth.shape)
+        if not hidden.nearest.size:
+            return frame
+        depth, grey = frame.depth + hidden.no_depth, frame.grey.copy()
+        grey[hidden.where] = cv2.remap(frame.grey, hidden.nearest, _NO_FRACTIONS,
+                                       cv2.INTER_NEAREST)
+        depth.flags.writeable = grey.flags.writeable = False
+        masked = replaced(frame, depth=depth)
+        vars(masked).update(grey=grey, mask=self)  # they are of this very frame, and no fields
+        return masked
+
+    def shows(self, pixels: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+        """
+        Return which pixels of an image are used, N bool, those at the edge of the mask excluded.
+
+        :param pixels: Nx2 (u, v) in the image [px].
+        :param shape: rows and columns of the image.
+        :raises InputError: where the mask does not fit the image.
+        """
+        rows, columns = shape
+        u, v = np.rint(pixels).astype(np.int64).T
+        shown: np.ndarray = self._hidden(rows, columns).keeps[
+            v.clip(0, rows - 1), u.clip(0, columns - 1)]
+        return shown
+
+    def _hidden(self, rows: int, columns: int) -> _Hidden:
+        """Return what is hidden of images of a size."""
+        last = self._last  # another thread may replace it
+        if last is None or last.keeps.shape != (rows, columns):
+            last = self._last = _Hidden.of(self._used(rows, columns))
+        return last
+
+    def _used(self, rows: int, columns: int) -> np.ndarray:
+        """Return where images of a size are used, as 1, HxW uint8."""
+        used = np.ones((rows, columns), np.uint8)
+        if self._image is not None:
+            self._check_fit(rows, columns, *self._image.shape)
+            used = cv2.resize((self._image != 0).astype(np.uint8), (columns, rows),
+                              interpolation=cv2.INTER_NEAREST_EXACT)
+        if any(self._roi_ratios):
+            left, right, top, bottom = self._roi_ratios
+            inside = np.zeros_like(used)
+            inside[round(top * rows):rows - round(bottom * rows),
+                   round(left * columns):columns - round(right * columns)] = 1
+            used &= inside
+        if not used.any():
+            names = [self._name] if self._image is not None else []
+            names += ['sensor.roi_ratios'] if any(self._roi_ratios) else []
+            raise InputError(f'{" and ".join(names)} hide all of an image of {columns} x {rows} '
+                             'pixels: hide less')
+        return used
+
+    def _check_fit(self, rows: int, columns: int, height: int, width: int) -> None:
+        # to a pixel of the smaller one
+        if abs(width * rows - height * columns) > max(width, height, rows, columns):
+            raise InputError(f'{self._name} has {width} x {height} pixels and the images '
+                             f'{columns} x {rows}: it must have their size, or the same ratio of '
+                             f'width to height; {_REMEDY}')
+
+
+@dataclass(frozen=True, eq=False)
+class _Hidden:
+    """
+    What a mask hides of images of one size.
+
+    :param no_depth: HxW float32, NaN where hidden, 0 elsewhere.
+    :param where: rows and columns in which pixels are hidden.
+    :param nearest: KxLx2 int16 (u, v), of each pixel there the nearest one that is not.
+    :param keeps: HxW bool, false where keypoints are hidden, or too near to the edge.
+    """
+
+    no_depth: np.ndarray
+    where: tuple[slice, slice]
+    nearest: np.ndarray
+    keeps: np.ndarray
+
+    @staticmethod
+    def of(used: np.ndarray) -> _Hidden:
+        """Return what is hidden where an image is used, HxW uint8 of 0 and 1."""
+        hidden = 1 - used
+        _, labels = cv2.distanceTransformWithLabels(
+            hidden, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
+        index_of = np.zeros(labels.max() + 1, np.int64)
+        index_of[labels[used == 1]] = np.flatnonzero(used)
+        u, v, columns, rows = cv2.boundingRect(hidden)
+        where = slice(v, v + rows), slice(u, u + columns)
+        nearest = np.dstack(np.divmod(index_of[labels[where]], used.shape[1])[::-1])
+        kernel = np.ones((2 * _MARGIN + 1, 2 * _MARGIN + 1), np.uint8)
+        return _Hidden(np.where(hidden, np.float32(np.nan), np.float32(0.0)), where,
+                       nearest.astype(np.int16), cv2.dilate(hidden, kernel) == 0)
+
+
+def mask_of(settings: SensorSettings) -> ImageMask | None:
+    """
+    Return the mask that the settings name, None where images are used everywhere.
+
+    :raises InputError: where its file cannot be read, or is no mask.
+    """
+    if not settings.mask:
+        return _by(settings.roi_ratios) if any(settings.roi_ratios) else None
+    path = os.path.expanduser(settings.mask)  # no shell fills in ~ in a parameter file
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError) as error:  # ValueError: NUL in the name
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f'cannot read the mask {path} (sensor.mask): {reason}') from None
+    return _read(path, settings.roi_ratios, status.st_mtime_ns, status.st_size)
+
+
+@functools.lru_cache(maxsize=4)  # as below
+def _by(roi_ratios: tuple[float, ...]) -> ImageMask:
+    return ImageMask(None, roi_ratios)
+
+
+@functools.lru_cache(maxsize=4)  # several registrars of one camera; chosen
+def _read(path: str, roi_ratios: tuple[float, ...], changed: int, size: int) -> ImageMask:
+    """Return the mask in a file, which was changed at a time [ns] and has a size [byte]."""
+    name = f'the mask {path} (sensor.mask)'
+    content = read_bytes(Path(path), 'the mask (sensor.mask)', MAX_MESSAGE_BYTES)
+    if content.startswith(_JPEG):
+        raise InputError(f'{name} is a JPEG image, which is nowhere quite 0: {_REMEDY}')
+    try:
+        image = decode(content)
+    except InputError as error:
+        raise InputError(f'{name} cannot be read: {error}') from None
+    if image.ndim != 2 or image.dtype != np.uint8:
+        channels = 1 if image.ndim == 2 else image.shape[2]
+        raise InputError(f'{name} has {channels} channel{"" if channels == 1 else "s"} of '
+                         f'{image.dtype}: {_REMEDY}')
+    return ImageMask(image, roi_ratios, name)
