@@ -60,7 +60,8 @@ def test_any_yaml(tmp_path_factory, content):
 def test_values_of_the_right_kind_are_kept(tmp_path_factory, name, data):
     kind = RANGES[name].type
     drawn = data.draw({bool: st.booleans(), int: st.integers(), float: st.floats(),
-                       str: st.sampled_from(RANGES[name].choices or ('',))}[kind])
+                       str: st.sampled_from(RANGES[name].choices or ('',)),
+                       tuple: st.lists(st.floats(-0.1, 0.6), max_size=5)}[kind])
     path = tmp_path_factory.getbasetemp() / 'one.yaml'
     path.write_text(yaml.safe_dump({'/**': {'ros__parameters': {name: drawn}}}))
     result = outcome(path)
@@ -68,6 +69,10 @@ def test_values_of_the_right_kind_are_kept(tmp_path_factory, name, data):
     fits = not isinstance(drawn, float) or math.isfinite(drawn)
     if kind in (int, float):
         fits = fits and (low is None or low <= drawn) and (high is None or drawn <= high)
+    if kind is tuple:  # sensor.roi_ratios, which leave a part of the image
+        fits = (len(drawn) == 4 and min(drawn) >= 0.0
+                and drawn[0] + drawn[1] < 1.0 and drawn[2] + drawn[3] < 1.0)
+        drawn = tuple(drawn)
     if fits:
         assert values(result)[name] == drawn
     else:
