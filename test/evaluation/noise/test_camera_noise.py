@@ -3,6 +3,7 @@
 
 """The noise of colour and depth images in one pass, as JSON."""
 
+import dataclasses
 import json
 from types import SimpleNamespace
 
@@ -61,6 +62,23 @@ def test_a_camera_at_rest_has_depth_noise_only():
     assert found.depth.depth_sigma > 0
     assert found.pixels is None
     assert found.to_json()['pixels'] is None
+
+
+def test_what_is_masked_has_no_part_in_the_noise():
+    """Nor has it in the motion: another image there changes not one figure."""
+    settings = with_values(Settings(), {'sensor.roi_ratios': (0.0, 0.0, 0.0, 0.25)})
+    frames = list(room(frames=10).frames(raise_damage))
+    rng = np.random.default_rng(1)
+    changed = []
+    for frame in frames:
+        colour, depth = frame.colour.copy(), frame.depth.copy()
+        colour[180:] = rng.integers(0, 256, colour[180:].shape)
+        depth[180:] = rng.uniform(0.5, 3.0, depth[180:].shape)
+        changed.append(dataclasses.replace(frame, colour=colour, depth=depth))
+    found, expected = (
+        estimate_noise(SimpleNamespace(name='room', frames=lambda on_damaged: iter(seen)),
+                       settings).to_json() for seen in (changed, frames))
+    assert found == expected
 
 
 def test_an_empty_recording_is_an_error():
