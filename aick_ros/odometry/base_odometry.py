@@ -154,6 +154,10 @@ class BaseOdometry:
         if is_blind or self._is_lost:
             self._camera = None
 
+    def mount(self, T_base_camera: np.ndarray) -> None:
+        """Set the extrinsic of a first frame, 4x4, whose update is not added."""
+        self._mounted = T_base_camera.copy()
+
     def update(self, update: OdometryUpdate, T_base_camera: np.ndarray,
                mount: Mount = Mount.FIXED) -> BaseUpdate | None:
         """
@@ -186,7 +190,7 @@ class BaseOdometry:
         if mount is Mount.FIXED and not np.array_equal(before, T_base_camera):
             self._start, before = None, T_base_camera
         if self._is_new and update.level_start is not None:
-            self._pose = _level(self._pose, update.level_start @ se3.inverse(T_base_camera))
+            self._pose = _level(self._pose, update.level_start @ se3.inverse(before))
             self._camera = self._camera and PoseWithCovariance(update.level_start.copy())
         self._is_new = False
         if self._camera is None:

@@ -27,6 +27,7 @@ from aick_ros.odometry.increment_bias import IncrementBias
 from aick_ros.odometry.increments import Increments
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
+from aick_ros.odometry.inertial.level import Turn
 from aick_ros.odometry.keyframe_choice import KeyframeChoice
 from aick_ros.odometry.known_views import known_views
 from aick_ros.odometry.motion_model import MotionModel
@@ -156,6 +157,18 @@ class Odometry:
     def distortion(self) -> DepthDistortion:
         """Distortion of the depth images, where registrations show a significant one."""
         return self._learned.distortion.distortion
+
+    def begin_level(self, sigma: float) -> Turn | None:
+        """
+        Let the odometry have begun level by what is known of gravity now.
+
+        It is for whoever has called ``gravity.hold()`` before the first frame and holds the
+        updates back, as :func:`aick_ros.odometry.level_start.begun_level` does.
+
+        :param sigma: largest standard deviation of the direction of gravity [rad].
+        :returns: the turn of the updates so far; None: they stay, as less is known.
+        """
+        return self._path.begin_level(sigma)
 
     def local_map(self) -> np.ndarray:
         """Return the keypoints of the keyframes in memory, in the last camera's frame, Nx3 [m]."""

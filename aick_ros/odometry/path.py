@@ -14,6 +14,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.inertial.gravity import Gravity
+from aick_ros.odometry.inertial.level import Turn
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.plane import Plane
 from aick_ros.odometry.position_filter import PositionFilter
@@ -73,6 +74,11 @@ class Path:
         self._memory = None
         self._filter.reset()
         self.gravity.restart()
+
+    def begin_level(self, sigma: float) -> Turn | None:
+        """Let the path have begun level by what is known now, as :meth:`Gravity.begin_anew`."""
+        T_odom_reckoned = np.eye(4) if self._memory is None else self._memory.T_odom_reckoned
+        return self.gravity.begin_anew(T_odom_reckoned, self._corrected, sigma)
 
     @property
     def published(self) -> PoseWithCovariance:

@@ -13,6 +13,7 @@ from aick_ros.borders.records import replaced
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.odometry.inertial.level import Turn
 from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 
@@ -72,6 +73,12 @@ class OdometryUpdate:
             expected=own(self.expected), rejected=own(self.rejected),
             matches=self.matches.copy(), timing=timing,
             level_start=None if self.level_start is None else self.level_start.copy())
+
+    def turned(self, turn: Turn) -> OdometryUpdate:
+        """Return the update in a frame that begins level."""
+        start = self.level_start
+        return replaced(self, pose=turn.apply(self.pose),
+                        level_start=None if start is None else turn.T_level_odom @ start)
 
     @property
     def T_odom_camera(self) -> np.ndarray:

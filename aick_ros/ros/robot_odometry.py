@@ -15,7 +15,9 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry import Odometry, OdometryUpdate
 from aick_ros.odometry.base_odometry import BaseOdometry, BaseUpdate
+from aick_ros.odometry.level_start import LevelWait
 from aick_ros.registration.preparation import Preparation
+from aick_ros.registration.status import Status
 from aick_ros.ros.health.camera_report import CameraReport
 from aick_ros.ros.health.sentences import joined
 from aick_ros.ros.input.extrinsics import Extrinsics
@@ -33,7 +35,7 @@ class RobotUpdate:
     :param frame: with its images as the camera sent them.
     :param camera_frame: frame of the images.
     :param camera: update of the camera.
-    :param base: update of the base; None where the stamp is not a newer one.
+    :param base: update of the base; None where the stamp is not a newer one, or it is held back.
     :param T_odom_base: pose of the base, 4x4; without an update the last one.
     :param T_base_camera: extrinsic, 4x4.
     """
@@ -63,6 +65,8 @@ class RobotOdometry:
         self._camera = Odometry(core)
         self._base = BaseOdometry(initial_pose(settings), core.odometry)
         self._camera_report = CameraReport(log)
+        self._wait = (LevelWait(self._camera, core.imu) if settings.wait_level_to_init else None)
+        self._is_held = False  # what the last frame has shown
 
     def prepare(self, frame: RgbdFrame) -> Preparation:
         """Return what registration needs of a frame alone."""
@@ -93,14 +97,30 @@ class RobotOdometry:
         if update.status.ok:
             self._start.cancel()
         self._camera_report.update(self._camera.misalignment, self._camera.distortion)
-        base = self._base.update(update, extrinsic.T_base_camera, extrinsic.mount)
+        update = self._begun_level(update)
+        base = None
+        if not self._is_held:
+            base = self._base.update(update, extrinsic.T_base_camera, extrinsic.mount)
+        elif update.status is Status.FIRST_FRAME:
+            self._base.mount(extrinsic.T_base_camera)
         return RobotUpdate(preparation.frame, camera_frame, update, base,
                            self._base.pose.matrix, extrinsic.T_base_camera)
+
+    def _begun_level(self, update: OdometryUpdate) -> OdometryUpdate:
+        """Return an update in the level frame; note whether it is held back till that is known."""
+        if self._wait is None:
+            return update
+        self._is_held = self._wait.goes_on(update.stamp)
+        turn = None if self._is_held else self._wait.end()
+        return update if turn is None else update.turned(turn)
 
     def reset(self, pose: PoseWithCovariance | None) -> None:
         """Begin anew at ``T_odom_base``; None: at the origin or at the guess."""
         self._camera.reset()
         self._base.reset(pose)
+        self._is_held = False
+        if self._wait is not None:
+            self._wait.restart()
         if pose is None:
             self._start.reset()
         else:
@@ -112,13 +132,15 @@ class RobotOdometry:
 
         :param is_blind: whether the camera's frames are not used meanwhile.
         """
-        self._base.set_pose(pose, is_blind)
+        self._base.set_pose(pose, is_blind or self._is_held)
         self._start.cancel()
 
     def change_settings(self, settings: Settings) -> None:
         """Continue with other settings."""
         self._camera.change_settings(settings)
         self._base.configure(settings.odometry)
+        if self._wait is not None:
+            self._wait.configure(settings.imu)
 
     def local_map(self) -> np.ndarray:
         """Return the keypoints of the keyframes in the camera's frame, Nx3 [m]."""
@@ -132,8 +154,9 @@ class RobotOdometry:
 
     @property
     def concern(self) -> str:
-        """That the guess is not known, '' where it is, or there is none."""
-        return '' if self._guess is None else self._guess.complaint
+        """What is waited for: a guess, or what is up; '' where nothing is."""
+        return joined('' if self._guess is None else self._guess.complaint,
+                      '' if self._wait is None else self._wait.complaint)
 
     @property
     def findings(self) -> dict[str, str]:

@@ -252,6 +252,14 @@ class ImuSettings(Checked):
     gravity: bool = parameter(
         True, 'Whether `odom` begins level, with z up, and is kept so, where an accelerometer '
         'has measured before the first frame.')
+    level_wait: float = parameter(
+        10.0, 'Longest time that the poses of a recording, or of a node with '
+        '`wait_level_to_init`, are held back for `odom` to begin level by what is measured '
+        'meanwhile. 0: it begins level by the first accelerations alone.', unit='s', minimum=0.0,
+        maximum=600.0)
+    level_sigma: float = parameter(
+        0.005, 'Standard deviation of the direction of gravity from which on they are no longer '
+        'held back.', unit='rad', minimum=1e-5, maximum=1.0)
     accelerometer_noise: float = parameter(
         0.02, 'Noise density of the accelerometer.', unit='m/s^2/sqrt(Hz)', minimum=1e-6,
         maximum=10.0)

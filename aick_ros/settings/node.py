@@ -43,6 +43,9 @@ class NodeSettings(Checked):
         unit='s', minimum=0.0, maximum=10.0)
     wait_imu_to_init: bool = parameter(
         False, 'Whether the first frame waits for the IMU, so that odom begins level.')
+    wait_level_to_init: bool = parameter(
+        False, 'Whether nothing is published until what is up is known to imu.level_sigma, for '
+        'imu.level_wait at most, so that odom begins level although the camera moves.')
     approx_sync: bool = parameter(
         True, 'Whether the stamps of a colour and a depth image of one frame may differ.')
     approx_sync_max_interval: float = parameter(

@@ -444,6 +444,15 @@ def test_a_base_that_is_not_seen_at_the_start_begins_there_all_the_same():
     np.testing.assert_allclose(moved, expected, atol=1e-12)
 
 
+def test_a_camera_that_moves_on_the_base_before_that_is_seen_does_not_move_it():
+    base, motion = Camera(), se3.exp([0.3, 0.1, 0.0, 0.1, 0.0, 0.2])
+    base.base.mount(T_BASE_CAMERA)
+    moved, _ = base.follow(LEVEL @ motion @ CORRECTED, T_base_camera=CORRECTED,
+                           mount=Mount.MOVING, level_start=LEVEL @ T_BASE_CAMERA)
+    expected = se3.from_roll_pitch_yaw(0.1, -0.2, 0.0) @ motion
+    np.testing.assert_allclose(moved, expected, atol=1e-12)
+
+
 def test_a_pose_that_is_set_later_is_kept_as_it_is():
     base, first = Camera(), LEVEL @ T_BASE_CAMERA
     base.follow(first, level_start=first)

@@ -3,6 +3,7 @@
 
 """The odometry of a robot without a node: what a frame, an IMU and a guess have a part in."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,10 +16,12 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.odometry.base_odometry import Mount
+from aick_ros.odometry.inertial.level import Turn
+from aick_ros.odometry.level_start import LevelWait
 from aick_ros.registration.status import Status
 from aick_ros.ros.input.extrinsics import Extrinsic
 from aick_ros.ros.robot_odometry import RobotOdometry
-from aick_ros.settings import NodeSettings, Settings
+from aick_ros.settings import ImuSettings, NodeSettings, Settings
 from aick_ros.settings.parameter import with_values
 
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
@@ -200,6 +203,101 @@ def test_where_it_is_placed_it_goes_on_and_no_guess_is_waited_for(place):
         robot.see(0)
     place(robot.odometry, PoseWithCovariance(STEP))
     np.testing.assert_allclose(robot.see(1).T_odom_base, STEP, atol=1e-9)
+
+
+TURN = se3.exp([0.0, 0.0, 0.0, 0.1, -0.2, 0.0])
+FIRST = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5))
+
+
+class Waiting(Seen):
+    """A camera whose odometry begins level, and of which a test sets what is known."""
+
+    def __init__(self):
+        super().__init__()
+        self.gravity = SimpleNamespace(
+            complaint='', is_held=False, tilt_sigma=1.0, hold=self._hold)
+        self.turn, self.pose = np.eye(4), FIRST
+
+    def _hold(self):
+        self.gravity.is_held = True
+
+    def register(self, *arguments, **named):
+        update = super().register(*arguments, **named)
+        return dataclasses.replace(update, pose=self.turn @ update.pose,
+                                   level_start=self.turn @ FIRST)
+
+    def begin_level(self, sigma):
+        if not self.gravity.is_held:
+            return None
+        self.gravity.is_held, self.turn = False, TURN
+        return Turn(TURN, np.zeros(3), np.zeros((2, 2)), np.zeros((2, 2)))
+
+    def reset(self):
+        self.pose, self.turn = FIRST, np.eye(4)
+
+
+@pytest.fixture
+def waiting():
+    """Return a robot that publishes nothing until what is up is known, at its second frame."""
+    robot = Robot()
+    robot.camera = robot.odometry._camera = Waiting()
+    robot.odometry._wait = LevelWait(robot.camera, ImuSettings())
+    robot.camera.status = Status.FIRST_FRAME
+    first = robot.see(NANOSECONDS)
+    robot.camera.status = Status.OK
+    return robot, first
+
+
+def seen_level(robot, second=2):
+    """Return the update of the frame at which what is up is known."""
+    robot.camera.pose, robot.camera.gravity.tilt_sigma = FIRST @ STEP, 0.004
+    return robot.see(second * NANOSECONDS)
+
+
+def test_nothing_is_published_until_what_is_up_is_known(waiting):
+    """Then the base is where the camera has moved since its first frame, in a level frame."""
+    robot, first = waiting
+    assert first.base is None
+    assert 'odom is not published yet' in robot.odometry.concern
+    found = seen_level(robot)
+    level = TURN @ FIRST @ se3.inverse(T_BASE_CAMERA)
+    level[:3, 3] = 0.0
+    level[:3, :3] = se3.exp_rotation([0, 0, -np.arctan2(level[1, 0], level[0, 0])]) @ level[:3, :3]
+    moved = level @ T_BASE_CAMERA @ STEP @ se3.inverse(T_BASE_CAMERA)
+    np.testing.assert_allclose(found.base.pose.matrix, moved, atol=1e-9)
+    np.testing.assert_allclose(found.camera.pose.matrix, TURN @ FIRST @ STEP, atol=1e-12)
+    assert robot.odometry.concern == ''
+    robot.camera.gravity.tilt_sigma = 1.0
+    np.testing.assert_allclose(robot.see(3 * NANOSECONDS).base.pose.matrix, moved, atol=1e-9)
+
+
+def test_a_pose_that_is_set_meanwhile_is_that_of_the_first_frame_published(waiting):
+    robot, _ = waiting
+    robot.odometry.set_pose(PoseWithCovariance(se3.exp([5, 6, 7, 0, 0, 1.0])), False)
+    found = seen_level(robot).T_odom_base
+    np.testing.assert_allclose(found[:3, 3], se3.exp([5, 6, 7, 0, 0, 1.0])[:3, 3], atol=1e-9)
+
+
+def test_after_a_reset_it_waits_again(waiting):
+    robot, _ = waiting
+    assert seen_level(robot).base is not None
+    robot.odometry.reset(None)
+    robot.camera.gravity.tilt_sigma = 1.0
+    assert robot.see(3 * NANOSECONDS).base is None
+    assert seen_level(robot, 4).base is not None
+
+
+def test_how_much_has_to_be_known_changes_with_the_settings(waiting):
+    robot, _ = waiting
+    robot.odometry.change_settings(with_values(Settings(), {'imu.level_sigma': 1.0}))
+    assert robot.see(2 * NANOSECONDS).base is not None
+
+
+@pytest.mark.parametrize('waits', [False, True])
+def test_it_waits_where_a_setting_says_so(waits):
+    odometry = RobotOdometry(NodeSettings(wait_level_to_init=waits), Settings(), None, None, None,
+                             str)
+    assert odometry._camera.gravity._is_held is waits
 
 
 def test_what_is_found_of_the_camera_is_logged_and_reported():

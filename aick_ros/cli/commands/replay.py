@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from datetime import datetime
 from itertools import chain
 from pathlib import Path
@@ -29,6 +29,7 @@ from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
+from aick_ros.odometry.level_start import begun_level
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.sources import SourceOptions, open_source
@@ -71,7 +72,7 @@ def _run(reading: Reading, settings: Settings, out: Path,
     ground_truth = reading.ground_truth
     start = time.perf_counter()
     with progress(reading.name, len(reading)) as show:
-        updates = _updates(reading, settings)
+        updates = _updates(reading, settings, show)
         first = next(updates, None)
         if first is None:
             raise InputError(f'{reading.name} has no usable frame')
@@ -80,7 +81,6 @@ def _run(reading: Reading, settings: Settings, out: Path,
                 folder.write_ground_truth(ground_truth)
             for record in _added(folder, chain([first], updates), reading):
                 records.append(record)
-                show(len(records))
     summary = summarize(reading, records, settings, time.perf_counter() - start, reading.ended,
                         reading.damage.count)
     try:
@@ -107,11 +107,18 @@ def _added(folder: RunFolder, records: Iterable[FrameRecord],
         yield record
 
 
-def _updates(reading: Reading, settings: Settings) -> Iterator[FrameRecord]:
+def _updates(reading: Reading, settings: Settings,
+             show: Callable[[int], None]) -> Iterator[FrameRecord]:
     odometry = Odometry(settings)
+    return begun_level(odometry, settings.imu, _records(reading, odometry, show))
+
+
+def _records(reading: Reading, odometry: Odometry,
+             show: Callable[[int], None]) -> Iterator[FrameRecord]:
     sensors: list[Gyroscope | Gravity] = [odometry.gyroscope, odometry.gravity]
-    for frame in reading.frames(reading.damage):
+    for count, frame in enumerate(reading.frames(reading.damage), 1):
         yield FrameRecord.of(odometry.register_frame(frame))
+        show(count)
         for sensor in [sensor for sensor in sensors if sensor.complaint]:
             say(f'{reading.name}: {sensor.complaint}')
             sensors.remove(sensor)  # it is said once

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +24,7 @@ from aick_ros.evaluation.scores.run_summary import stage_times
 from aick_ros.evaluation.scores.statistics import Percentiles, mean
 from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.level_start import begun_level
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
@@ -91,13 +92,16 @@ def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence
     pairs = None
     if source.ground_truth is not None:
         pairs = PairEvaluation(settings, source.ground_truth, gaps)
-    records = []
-    for frame in source.frames(on_damaged):
-        update = odometry.register_frame(frame)
-        records.append(FrameRecord.of(update))
-        if pairs is not None:
-            pairs.add(update.prepared)
-        on_progress(len(records))
+
+    def records_one_by_one() -> Iterator[FrameRecord]:
+        for count, frame in enumerate(source.frames(on_damaged), 1):
+            update = odometry.register_frame(frame)
+            if pairs is not None:
+                pairs.add(update.prepared)
+            on_progress(count)
+            yield FrameRecord.of(update)
+
+    records = list(begun_level(odometry, settings.imu, records_one_by_one()))
     if not records:
         raise InputError(f'{source.name} has no usable frame')
     return _evaluation(source, settings, records,

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import OdometryUpdate
+from aick_ros.odometry.inertial.level import Turn
 from aick_ros.registration.status import Status
 
 
@@ -47,6 +49,10 @@ class FrameRecord:
         return cls(
             update.stamp, update.status, update.reason, update.pose, len(update.keypoints),
             len(update.matches), update.timing, update.increment, update.rejected)
+
+    def turned(self, turn: Turn) -> FrameRecord:
+        """Return the record in a frame of the odometry that begins level."""
+        return replaced(self, pose=turn.apply(self.pose))
 
 
 def is_level(records: Iterable[FrameRecord]) -> bool:

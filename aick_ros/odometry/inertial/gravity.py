@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -16,7 +17,7 @@ from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.inertial.disagreement import Disagreement
 from aick_ros.odometry.inertial.force_integral import ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GRAVITY, GravityFilter
-from aick_ros.odometry.inertial.level import UP, Level, level_orientation
+from aick_ros.odometry.inertial.level import UP, Level, Turn, level_orientation
 from aick_ros.odometry.inertial.sample_check import SampleCheck
 from aick_ros.settings import ImuSettings
 
@@ -83,8 +84,30 @@ class Gravity:
         """Continue in a frame that is level, with poses that are measured anew."""
         self._filter = None
         self._level = Level()
+        self._is_held = False
         self._stamp: int | None = None  # of the last pose
         self._last = self._reference = PoseWithCovariance.identity()
+
+    def hold(self) -> None:
+        """Leave the start as level as it is, until :meth:`begin_anew` or the next start."""
+        self._is_held = True
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the odometry has a level start that is left as it is."""
+        return self._is_held and self.start is not None
+
+    @property
+    def tilt_sigma(self) -> float:
+        """Standard deviation of the direction of gravity [rad]; infinite: it is not known."""
+        known = self._filter  # another thread may forget it meanwhile
+        if known is None or self._is_doubted:
+            return math.inf
+        return math.sqrt(np.linalg.eigvalsh(known.up.covariance)[-1])
+
+    @property
+    def _is_doubted(self) -> bool:
+        return bool(self._samples.unchanged) or self._disagreement.is_suspected
 
     @property
     def bias(self) -> np.ndarray:
@@ -158,6 +181,29 @@ class Gravity:
         return PoseWithCovariance(se3.perturbed(pose.matrix, np.append(np.zeros(3), turn)),
                                   covariance)
 
+    def begin_anew(self, T_odom_reckoned: np.ndarray, corrected: PoseWithCovariance,
+                   sigma: float) -> Turn | None:
+        """
+        Let the odometry have begun level by what is known now.
+
+        All poses since the start turn about the first one, so nothing may have been published.
+
+        :param sigma: largest standard deviation of the direction of gravity [rad].
+        :returns: the turn of the poses since :meth:`hold`; None: they stay, as the odometry is
+            not level, or the direction is known less well. Others are as for :meth:`update`.
+        """
+        if not self._is_held or self.start is None:
+            return None
+        self._is_held = False
+        if self._filter is None or self.tilt_sigma > sigma:
+            return None
+        up = self._filter.up.in_axes(T_odom_reckoned[:3, :3])
+        start = np.eye(4)
+        start[:3, :3] = level_orientation(self.start[:3, :3].T @ up.vector)
+        turn = self._level.begin_anew(start @ se3.inverse(self.start), up, corrected)
+        self.start = start
+        return turn
+
     def levelled(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return a pose of the odometry in the level frame."""
         return self._level.apply(pose)
@@ -179,8 +225,7 @@ class Gravity:
         at_imu = measured @ self._T_camera_imu  # it is there that forces are measured
         self._advance(stamp, reference, at_imu)
         self._stamp, self._last, self._reference = stamp, at_imu, reference
-        is_doubted = self._samples.unchanged or self._disagreement.is_suspected
-        if self._filter is not None and not is_doubted:
+        if self._filter is not None and not self._is_doubted and not self._is_held:
             up = self._filter.up.in_axes(T_odom_reckoned[:3, :3])
             self._level.approach(up, corrected, min(elapsed, _LONGEST_STEP))
 

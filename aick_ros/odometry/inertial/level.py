@@ -46,6 +46,37 @@ class Direction:
         return Direction(rotation @ self.vector, rotation @ self.covariance @ rotation.T)
 
 
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """
+    Turn of the frame of the odometry, about the first pose in it, by which it begins level.
+
+    :param T_level_odom: 4x4.
+    :param position: of the first pose, 3 [m].
+    :param before: 2x2, covariance of its roll and pitch before the turn [rad^2].
+    :param after: 2x2, the same after it.
+    """
+
+    T_level_odom: np.ndarray
+    position: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+
+    def apply(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        """Return a pose of the odometry in the frame; since the start it was not levelled."""
+        since_start = definite.nonnegative(
+            pose.covariance - self._by_tilt(pose.translation, self.before))
+        turned: PoseWithCovariance = self.T_level_odom @ pose.with_covariance(since_start)
+        return turned.with_covariance(
+            turned.covariance + self._by_tilt(turned.translation, self.after))
+
+    def _by_tilt(self, position: np.ndarray, tilt: np.ndarray) -> np.ndarray:
+        """Return the covariance of a pose at a position, 6x6, by that of the tilt, 2x2."""
+        by_tilt = at_point(position - self.position)[:, _TILT]
+        covariance: np.ndarray = by_tilt @ tilt @ by_tilt.T
+        return covariance
+
+
 class Level:
     """
     Transform to a frame in which z points up, from one that has drifted.
@@ -57,6 +88,7 @@ class Level:
 
     def __init__(self) -> None:
         self._T_level_drifted = np.eye(4)
+        self._T_drifted_given: np.ndarray | None = None  # by :meth:`begin_anew`
         self._start: tuple[np.ndarray, np.ndarray] | None = None
         self._noise: np.ndarray | None = None  # covariance of roll and pitch by gravity
         self._error, self._left = np.zeros((2, 2))  # of them, in all and not corrected yet
@@ -71,6 +103,25 @@ class Level:
         """
         self._start = position.copy(), variance * np.eye(2)
 
+    def begin_anew(self, T_level_odom: np.ndarray, up: Direction,
+                   pose: PoseWithCovariance) -> Turn:
+        """
+        Let the first pose have been level by what is known of gravity now.
+
+        :param T_level_odom: turn about the position of that pose, 4x4.
+        :param up: in the frame as it is so far, which :meth:`approach` has not turned.
+        :param pose: of the camera now there, with its covariance since the start.
+        """
+        assert self._start is not None  # by :meth:`begin`
+        position, before = self._start
+        self._T_drifted_given = T_level_odom
+        drifted, seen = T_level_odom @ pose, up.in_axes(T_level_odom[:3, :3])
+        self._noise = _TILT_BY_UP @ seen.covariance @ _TILT_BY_UP.T
+        # the pose has drifted since the start: by as much the start is less certain than now
+        self._start = position, self._noise + drifted.covariance[_TILT, _TILT]
+        self._before = self._since_level(drifted).covariance[_TILT, _TILT]
+        return Turn(T_level_odom, position, before, self._start[1])
+
     def apply(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """
         Return a pose in the level frame.
@@ -78,6 +129,7 @@ class Level:
         Roll and pitch are as uncertain as gravity leaves them, by what the pose has drifted since
         it was seen, and by what is not corrected yet; the rest as far as it depends on them.
         """
+        pose = self._drifted(pose)
         level = self._since_level(pose)
         covariance = level.covariance
         if self._noise is None:
@@ -104,6 +156,9 @@ class Level:
         :param pose: ``T_drifted_camera``, with its covariance since the start.
         :param elapsed: time since the last step, less than a second [s].
         """
+        pose = self._drifted(pose)
+        if self._T_drifted_given is not None:
+            up = up.in_axes(self._T_drifted_given[:3, :3])
         seen = up.in_axes(self._T_level_drifted[:3, :3])
         self._noise = _TILT_BY_UP @ seen.covariance @ _TILT_BY_UP.T
         error = se3.rotation_between(seen.vector, UP)
@@ -118,6 +173,13 @@ class Level:
         self._left = (error - step)[:2]
         self._error = se3.rotation_between(up.vector, UP)[:2]
         self._before = self._since_level(pose).covariance[_TILT, _TILT]
+
+    def _drifted(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        """Return a pose that is given in the frame that began level, and has drifted since."""
+        if self._T_drifted_given is None:
+            return pose
+        drifted: PoseWithCovariance = self._T_drifted_given @ pose
+        return drifted
 
     def _since_level(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return a pose in the level frame, with the error of the first one that was level."""

@@ -3,6 +3,7 @@
 
 """The figures of a recording against the same figures made slowly, and their form."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -12,9 +13,11 @@ from scipy.stats import chi2
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.evaluation import evaluate
+from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.odometry import Odometry
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
@@ -56,6 +59,26 @@ def source():
 @pytest.fixture(scope='module')
 def evaluation(source):
     return evaluate(source, SETTINGS, GAPS, on_damaged=ignore)
+
+
+def test_it_begins_level_by_all_that_was_measured_meanwhile(source):
+    """The camera is pushed before the first frame alone, and is level by what follows."""
+    def forces(frame, index):
+        stamps = frame.stamp - np.arange(20, dtype=np.int64)[::-1] * 5_000_000
+        measured = np.tile([0.0, -9.8, 0.0] if index else [3.0, -9.8, 0.0], (20, 1))
+        measured[:, 2] += 0.01 * np.arange(20)
+        return dataclasses.replace(frame, imu=ImuSamples(
+            stamps, np.full((20, 3), np.nan), measured))
+
+    frames = [forces(frame, index) for index, frame in enumerate(source.frames(ignore))][:5]
+    settings = with_values(SETTINGS, {'imu.level_sigma': 1.0})
+    records = evaluate(InMemory(frames, source.ground_truth), settings, GAPS,
+                       on_damaged=ignore).records
+    as_it_began = Odometry(settings).register_frame(frames[0])
+    right = [record.T_odom_camera[2, 0] for record in (as_it_began, records[0])]
+    assert abs(right[0]) > 0.25  # of the camera's x axis, which is level
+    assert abs(right[1]) < abs(right[0]) / 2
+    assert [record.stamp for record in records] == [frame.stamp for frame in frames]
 
 
 def shape(value):

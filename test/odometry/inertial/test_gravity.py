@@ -295,3 +295,73 @@ def test_exact_forces_that_are_turned_exactly_are_level_however_fast_it_turns(of
         spinning(start)[:3, :3].T @ spinning(end)[:3, :3]))
     gravity.add(ImuSamples(stamps, samples.turn_rates, samples.accelerations), offset)
     assert tilt(gravity.begin(stamp).rotation, spinning(stamp)) < 0.01
+
+
+@pytest.fixture(scope='module')
+def held():
+    """Return a gravity that was held since a start that a bias tilts, and its last pose."""
+    model = dataclasses.replace(CALIBRATED, accelerometer=SensorNoise(0.0015, 0.3, np.inf, 0.0))
+    samples = imu_samples(moving, START - NANOSECONDS // 2, START + 15 * NANOSECONDS, model,
+                          np.random.default_rng(4))
+
+    def begun(seconds):
+        gravity, before, reference = Gravity(ImuSettings()), None, None
+        noise = np.diag(np.repeat([POSITION_SIGMA, ORIENTATION_SIGMA], 3) ** 2)
+        gravity.hold()
+        for stamp in range(START, START + seconds * NANOSECONDS, NANOSECONDS // RATE):
+            gravity.add(samples.until(stamp, before), 0.0)
+            before, reference = stamp, reference or gravity.begin(stamp)
+            seen = PoseWithCovariance(se3.inverse(moving(START)) @ moving(stamp), noise)
+            measured = reference @ seen
+            gravity.update(stamp, reference, reference.matrix @ seen, np.eye(4), measured)
+        return gravity, measured, moving(stamp)
+    return begun
+
+
+def test_a_start_that_is_held_is_level_by_all_that_was_measured_since(held):
+    gravity, measured, truth = held(10)
+    first = gravity.start.copy()
+    assert gravity.is_held
+    np.testing.assert_array_equal(gravity.levelled(measured).matrix, measured.matrix)
+    before = tilt(first[:3, :3], moving(START))
+    turn = gravity.begin_anew(np.eye(4), measured, np.radians(1.0))
+    assert not gravity.is_held
+    assert before > 0.8
+    assert tilt(gravity.start[:3, :3], moving(START)) < 0.25 * before
+    assert tilt(gravity.levelled(measured).rotation, truth) < 0.25 * before
+    np.testing.assert_allclose(turn.T_level_odom @ first, gravity.start, atol=1e-12)
+    assert gravity.begin_anew(np.eye(4), measured, np.radians(1.0)) is None  # once
+
+
+def test_corrections_of_the_dead_reckoning_turn_what_is_up(held):
+    gravity, measured, _ = held(10)
+    correction = np.eye(4)
+    correction[:3, :3] = se3.exp_rotation([0.0, 0.0, 1.0])
+    up = correction[:3, :3] @ gravity._filter.up.vector
+    turn = gravity.begin_anew(correction, measured, np.radians(1.0))
+    np.testing.assert_allclose(turn.T_level_odom[:3, :3] @ up, [0, 0, 1], atol=1e-9)
+
+
+def test_a_start_of_which_too_little_is_known_stays(held):
+    gravity, measured, _ = held(1)
+    assert 1.0 < np.degrees(gravity.tilt_sigma) < 10.0
+    first = gravity.start.copy()
+    assert gravity.begin_anew(np.eye(4), measured, np.radians(1.0)) is None
+    np.testing.assert_array_equal(gravity.start, first)
+    assert not gravity.is_held
+
+
+def test_without_a_level_start_nothing_is_held_yet():
+    gravity = Gravity(ImuSettings())
+    gravity.hold()
+    assert not gravity.is_held and gravity.tilt_sigma == np.inf
+    pose = PoseWithCovariance.identity()
+    assert gravity.begin_anew(np.eye(4), pose, 1.0) is None
+    samples = imu_samples(resting, START - NANOSECONDS // 2, START, CALIBRATED,
+                          np.random.default_rng(3))
+    gravity.add(samples, 0.0)
+    gravity.begin(START)
+    assert gravity.is_held  # from here on
+    gravity.reset()
+    gravity.begin(START)
+    assert not gravity.is_held

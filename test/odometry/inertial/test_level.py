@@ -178,3 +178,43 @@ def test_a_small_error_is_corrected_in_a_second():
         level.approach(Direction(small.T @ UP, 1e-20 * np.eye(3)), CAMERA, elapsed)
         turned = se3.log_rotation(level.apply(CAMERA).rotation @ CAMERA.rotation.T)
         np.testing.assert_allclose(turned, [share * 1e-4, 0, 0], atol=1e-9)
+
+
+def test_a_first_pose_that_was_level_after_all_turns_all_since_about_it():
+    """Against the covariance of samples: a start that is off, and a path that drifts from it."""
+    rng, before, after = np.random.default_rng(0), np.radians(4.0), np.radians(0.3)
+    level, position = Level(), np.array([1.0, 2.0, 3.0])
+    level.begin(position, before ** 2)
+    turn = np.eye(4)
+    turn[:3, :3] = DRIFT
+    turn[:3, 3] = position - DRIFT @ position
+    held = level.apply(CAMERA)
+    made = level.begin_anew(turn, up(after), CAMERA)
+    found = made.apply(held)
+    np.testing.assert_allclose(found.matrix, turn @ CAMERA.matrix, atol=1e-12)
+    np.testing.assert_allclose(made.apply(PoseWithCovariance(
+        se3.from_roll_pitch_yaw(0.0, 0.0, 0.0, position))).translation, position)
+    tilts = np.column_stack([np.sqrt(after ** 2 + NOISE ** 2) * rng.standard_normal((20000, 2)),
+                             np.zeros(20000)])  # that of gravity now, and the drift until then
+    errors = rng.multivariate_normal(np.zeros(6), CAMERA.covariance, 20000)
+    errors[:, 3:] += tilts
+    errors[:, :3] += np.cross(tilts, found.translation - position)
+    np.testing.assert_allclose(found.covariance, np.cov(errors.T), atol=0.04 * np.max(
+        found.covariance))
+
+
+def test_after_it_poses_go_on_from_those_that_were_turned():
+    level = Level()
+    level.begin(np.zeros(3), np.radians(4.0) ** 2)
+    held, turn = level.apply(CAMERA), np.eye(4)
+    turn[:3, :3] = DRIFT
+    made = level.begin_anew(turn, up(), CAMERA)
+    np.testing.assert_allclose(level.apply(CAMERA).matrix, made.apply(held).matrix, atol=1e-12)
+    assert tilt(level) == pytest.approx(0.0, abs=1e-9)
+    sigmas = [np.sqrt(np.diag(pose.covariance))
+              for pose in (level.apply(CAMERA), made.apply(held))]
+    # those that were turned have the drift until now, too
+    np.testing.assert_allclose(*sigmas, rtol=0.25)
+    np.testing.assert_allclose(sigmas[0][3:5], np.radians(0.1), rtol=1e-6)
+    level.approach(up(), CAMERA, 1 / 30)
+    np.testing.assert_allclose(level.apply(CAMERA).matrix, made.apply(held).matrix, atol=1e-12)
