@@ -92,7 +92,7 @@ class DynamicObjectCheck:
         if sudden <= 1.0 and not is_contradicted and not _has_moving(found.fit):
             return found
         rest = self._without_keypoints_of(found, source, target, expected.T_target_source)
-        if (is_contradicted and _differ(found, rest)
+        if (is_contradicted and _differ(found, rest.pose)
                 and not _has_moved_before(rest.fit, found.fit)
                 and self._agreement.is_better_by(rest, found)):
             near = self._of_all_near(rest, found, source, target)
@@ -107,7 +107,7 @@ class DynamicObjectCheck:
             found, rest.applied_to(found, ''), expected.T_target_source,
             self._acceleration.sigmas(source.stamp, expected.elapsed))
         if motions is not None and motions.are_confirmed:
-            if motions.evidence > 0.0 and _differ(found, rest):
+            if motions.evidence > 0.0 and _differ(found, rest.pose):
                 near = self._of_all_near(rest, found, source, target)
                 return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
                                     f'{len(near.tracked)} others with the scene')
@@ -116,10 +116,12 @@ class DynamicObjectCheck:
         elapsed = min(expected.elapsed, _LONGEST)
         prior = PoseWithCovariance(expected.T_target_source, np.diag(
             (0.5 * self._prior_sigmas * elapsed ** 2) ** 2))
-        second = fused(prior, PoseWithCovariance(rest.T_target_source, rest.covariance))
+        second = fused(prior, rest.pose)
         if _is_known(found.fit) and _is_of_scene(rest.fit):
+            # what moves along a wall is known by the motion expected alone
             return _at(second, found, rest,
-                       f'{found.support} keypoints are on what has moved before')
+                       f'{found.support} keypoints are on what has moved before',
+                       are_moving=_differ(found, second))
         if _has_moved_before(rest.fit, found.fit):
             return found
         sudden = suddenness(found.T_target_source, expected, self._sudden)
@@ -155,7 +157,7 @@ class DynamicObjectCheck:
             return _with_alternative(found, second.matrix, vote)
         reason = (f'{found.support} keypoints move by themselves, {vote.second:.0%} of the view '
                   'shows another motion')
-        return _at(second, found, rest, reason)
+        return _at(second, found, rest, reason, are_moving=_differ(found, rest.pose))
 
     def _without_keypoints_of(self, found: Registration, source: PreparedFrame,
                               target: PreparedFrame, expected: np.ndarray) -> Refined:
@@ -183,15 +185,16 @@ def _of_the_rest(found: Registration, rest: Refined, reason: str) -> Registratio
                                measure=None)
 
 
-def _at(pose: PoseWithCovariance, found: Registration, rest: Refined,
-        reason: str) -> Registration:
+def _at(pose: PoseWithCovariance, found: Registration, rest: Refined, reason: str,
+        are_moving: bool) -> Registration:
     """
     Return a registration at the pose of the rest with a prior, by few keypoints or none.
 
-    Where the two poses do not differ, it shows no motion of objects: those found before are kept.
+    :param are_moving: whether it shows that the keypoints of the first one are on objects that
+        move; if not, those found before are kept.
     """
     fit = rest.fit
-    if fit is not None and not _differ(found, rest):
+    if fit is not None and not are_moving:
         known = None if found.fit is None else found.fit.objects
         fit = dataclasses.replace(fit, objects=known)
     return dataclasses.replace(
@@ -199,9 +202,9 @@ def _at(pose: PoseWithCovariance, found: Registration, rest: Refined,
         covariance=pose.covariance, systematic=np.zeros((6, 6)), evidence=Evidence.DEPTH)
 
 
-def _differ(found: Registration, rest: Refined) -> bool:
+def _differ(found: Registration, other: PoseWithCovariance) -> bool:
     """Return whether two poses differ by more than their errors, as once in a thousand times."""
-    fusion = with_measurement(found.pose, rest.T_target_source, np.eye(6), rest.covariance)
+    fusion = with_measurement(found.pose, other.matrix, np.eye(6), other.covariance)
     return not fusion.is_of_noise
 
 

@@ -491,21 +491,36 @@ def test_the_motion_of_what_has_moved_before_is_not_believed(play, made):
     assert checked.reason == '70 keypoints are on what has moved before'
 
 
-@pytest.mark.parametrize('known', [True, False])
 @pytest.mark.parametrize('sigma, differs', [(0.001, True), (0.1, False)])
-def test_only_two_motions_that_differ_show_that_objects_move(play, made, known, sigma, differs):
-    """Else what was found before stays as old as it is, and is forgotten in time."""
-    before, now = ('objects before' if known else None), 'objects now'
+def test_only_two_motions_that_differ_show_that_objects_move(play, made, sigma, differs):
+    """Else nothing is known of objects, though the images vote for the other motion."""
+    now = 'objects now'
     rest = Fit(np.ones(3), 0.5, objects=now)
-    played = on_known_objects(play, made, 1.0, rest) if known else play(tracked=(11, 0))
+    played = play(tracked=(11, 0))
     played.answers = [dataclasses.replace(each, fit=rest, covariance=sigma ** 2 * np.eye(6))
                       for each in played.answers]
-    played.found = dataclasses.replace(
-        played.found, covariance=1e-8 * np.eye(6),
-        fit=Fit(np.ones(70), 1.0, float(known), before))
+    played.found = dataclasses.replace(played.found, covariance=1e-8 * np.eye(6),
+                                       fit=Fit(np.ones(70), 1.0, 0.0))
     checked = played.check()
     assert checked.evidence is Evidence.DEPTH
-    assert checked.fit.objects == (now if differs else before)
+    assert checked.fit.objects == (now if differs else None)
+    assert checked.fit.scene_share == 0.5
+
+
+@pytest.mark.parametrize('off, moves', [(AWAY, True), (SLIGHTLY, False)])
+def test_what_has_moved_before_moves_still_if_it_differs_from_the_motion_expected(
+        play, made, off, moves):
+    """Before a wall depth does not show it; else it stays known as long as it was."""
+    rest = Fit(np.ones(3), 0.5, objects='objects now')
+    played = on_known_objects(play, made, 1.0, rest)
+    played.answers = [dataclasses.replace(each, fit=rest, covariance=0.3 ** 2 * np.eye(6))
+                      for each in played.answers]
+    played.found = dataclasses.replace(
+        played.found, T_target_source=se3.perturbed(EXPECTED, off), covariance=1e-8 * np.eye(6),
+        fit=Fit(np.ones(70), 1.0, 1.0, 'objects before'))
+    checked = played.check()
+    assert checked.evidence is Evidence.DEPTH
+    assert checked.fit.objects == ('objects now' if moves else 'objects before')
     assert checked.fit.scene_share == 0.5
 
 

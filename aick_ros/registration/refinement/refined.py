@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.result import Fit, Registration, SensorBias
 from aick_ros.registration.samples import Measure
 from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
@@ -42,6 +43,11 @@ class Refined:
     bias: SensorBias | None = None
     measure: Measure | None = None
     fit: Fit | None = None
+
+    @property
+    def pose(self) -> PoseWithCovariance:
+        """The pose with its covariance."""
+        return PoseWithCovariance(self.T_target_source, self.covariance)
 
     @property
     def is_confirmed(self) -> bool:
