@@ -17,7 +17,7 @@ import numpy as np
 
 from aick_ros.frames.depth import inverse_depth_sigma
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.frames.surface import Surface
+from aick_ros.frames.surface import Surface, cell_of
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.median import median
@@ -33,7 +33,7 @@ _GREY_MISFIT = 3.0  # grey levels on a plain surface
 _DISPLACEMENT = 2.0  # px by which a brightness may be displaced without a misfit
 _SMOOTHING = 5  # px; side of the box filter of the images
 _LEAD = 0.5  # difference of the misfits, 0 to 2, with which a cell votes for a pose
-_BLOCK = 6  # cells across a block of the view
+_BLOCK = 24  # px across a block of the view
 _FILLED = 0.3  # share of its cells that must be seen for a block to count
 _MAJORITY, _TURNOUT = 2.0, 0.1
 """Chosen: a block is for a pose with so many times the other's votes, by that share of cells."""
@@ -75,11 +75,11 @@ def pose_vote(source: PreparedFrame, target: PreparedFrame, first: np.ndarray,
     misfits = [_misfits(view, other, pose, sensor) for pose in (first, second)]
     seen = np.isfinite(misfits[0]) & np.isfinite(misfits[1])
     lead = misfits[1][seen] - misfits[0][seen]
-    width = _surface_of(source).grid.width
+    width, side = _surface_of(source).grid.width, _BLOCK // cell_of(source.frame.camera)
     row, column = np.divmod(cells[seen], width)
-    block = (row // _BLOCK) * width + column // _BLOCK
+    block = (row // side) * width + column // side
     count = np.bincount(block)
-    counted = count >= _FILLED * _BLOCK ** 2 / _STRIDE
+    counted = count >= _FILLED * side ** 2 / _STRIDE
     for_first, for_second = (np.bincount(block, votes) for votes in (lead > _LEAD, lead < -_LEAD))
 
     def share(votes: np.ndarray, others: np.ndarray) -> float:
