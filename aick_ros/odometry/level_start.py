@@ -29,7 +29,7 @@ are left at the end, and to turn the start by that would make it worse."""
 
 
 class Turnable(Protocol):
-    """What an odometry has found at a frame; ``turned`` returns it in a frame that is level."""
+    """Result of an odometry at one frame; ``turned`` returns it in a frame that is level."""
 
     @property
     def stamp(self) -> int:
@@ -66,7 +66,7 @@ class LevelWait:
 
     @property
     def complaint(self) -> str:
-        """What is waited for, in words; '' where nothing is held back."""
+        """Reason for which poses are held back, in words; '' where none is."""
         gravity = self._odometry.gravity
         if not gravity.is_held:
             return ''

@@ -154,7 +154,7 @@ class RobotOdometry:
 
     @property
     def concern(self) -> str:
-        """What is waited for: a guess, or what is up; '' where nothing is."""
+        """Wait for a guess, or for what is up, in words; '' where there is none."""
         return joined('' if self._guess is None else self._guess.complaint,
                       '' if self._wait is None else self._wait.complaint)
 

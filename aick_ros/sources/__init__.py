@@ -62,7 +62,7 @@ class RgbdSource(Protocol):
 
     @property
     def remarks(self) -> Sequence[str]:
-        """What of it was not used and why, in sentences; complete once it has been read."""
+        """Sentences on what of it was not used, and why; complete once it has been read."""
 
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """

@@ -104,7 +104,7 @@ class TumSource:
 
     @property
     def remarks(self) -> Sequence[str]:
-        """How many images have no partner, in one sentence; none where each has one."""
+        """Number of images without a partner, in one sentence; none where each has one."""
         return self._remarks
 
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:

@@ -42,9 +42,8 @@ Plots = Annotated[Path | None, typer.Option(
     help='Folder for the plot of the Allan deviation, allan.png, with --imu.')]
 
 
-def noise(source: options.Source, json: options.JsonFile = None,
-          config: options.Config = None, assignments: options.Assignments = None,
-          camera: options.CameraFile = None,
+def noise(source: options.Source, json: options.JsonFile = None, config: options.Config = None,
+          assignments: options.Assignments = None, camera: options.CameraFile = None,
           colour_topic: options.ColourTopic = None, depth_topic: options.DepthTopic = None,
           info_topic: options.InfoTopic = None,
           ground_truth_topic: options.GroundTruthTopic = None,

@@ -60,7 +60,7 @@ class Reading:
 
     @property
     def remarks(self) -> Sequence[str]:
-        """What of the source was not used and why, in sentences."""
+        """Sentences on what of the source was not used, and why."""
         return self._source.remarks
 
     def __len__(self) -> int:

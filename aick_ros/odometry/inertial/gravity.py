@@ -94,7 +94,7 @@ class Gravity:
 
     @property
     def is_held(self) -> bool:
-        """Whether the odometry has a level start that is left as it is."""
+        """Existence of a level start that is left as it is."""
         return self._is_held and self.start is not None
 
     @property

@@ -123,7 +123,7 @@ class SyntheticSource:
 
     @property
     def remarks(self) -> Sequence[str]:
-        """What of it was not used; there is nothing."""
+        """Sentences on what of it was not used: none."""
         return ()
 
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
