@@ -17,7 +17,7 @@ def print_camera_table(description: str, columns: Sequence[str], frames: int,
     Print a Markdown table, the rows of one camera after those of the other.
 
     :param description: of the command.
-    :param frames: of each camera, unless told otherwise.
+    :param frames: of each camera, unless the command line says otherwise.
     :param rows_of: returns the rows by the name of a camera and the number of its frames.
     """
     parser = argparse.ArgumentParser(description=description)

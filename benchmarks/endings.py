@@ -53,7 +53,7 @@ WAYS = {'two SIGINT': (signal.SIGINT, signal.SIGINT), 'SIGTERM': (signal.SIGTERM
 
 @dataclass(frozen=True)
 class Ending:
-    """How a program ended; ``fault`` is '' where it ended well."""
+    """End of a program; ``fault`` is '' where it ended well."""
 
     fault: str
     is_early: bool  # the first signal came before anything of ours

@@ -59,7 +59,7 @@ TURN_PER_METRE = 0.3  # drift of the orientation by that of the position [rad/m]
 
 @dataclass
 class Tally:
-    """What was found again in rooms of one kind."""
+    """Keyframes found again in rooms of one kind."""
 
     rooms: int = 0
     slips: int = 0  # increments that were reported as good, but off

@@ -67,7 +67,7 @@ class Fleet:
 
     @property
     def is_running(self) -> bool:
-        """Whether the command goes on."""
+        """Running state of the command."""
         return self._process.poll() is None
 
     @property

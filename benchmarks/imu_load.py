@@ -47,7 +47,7 @@ class Known(Transforms):
 
 
 class Load:
-    """What the node does with an IMU at each frame, beside the images."""
+    """Work of the node for an IMU at each frame, beside the images."""
 
     def __init__(self) -> None:
         self.node = rclpy.create_node('imu_load')

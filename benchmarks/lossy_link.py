@@ -33,12 +33,12 @@ _RECEIVED, _LOST, _BYTES = range(3)
 
 
 class NotAllowed(Exception):
-    """What makes hosts is missing or forbidden here."""
+    """Network namespaces are missing or forbidden here."""
 
 
 @dataclass(frozen=True)
 class Traffic:
-    """What went over the link, in both directions."""
+    """Traffic over the link, in both directions."""
 
     frames: int
     lost: int
@@ -143,7 +143,7 @@ class LossyLink:
 
     @property
     def traffic(self) -> Traffic:
-        """What went over the link so far."""
+        """Traffic over the link so far."""
         return Traffic(self._counts[_RECEIVED], self._counts[_LOST], 1e-6 * self._counts[_BYTES])
 
 

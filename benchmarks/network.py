@@ -80,7 +80,7 @@ class Case:
     @property
     def node_parameters(self) -> dict[str, str]:
         """Parameters of the node that differ from the defaults."""
-        # on a loaded machine frames are late, but not left out for that
+        # on a loaded machine frames are late, but not dropped for that
         parameters = {'process_every_frame': 'true', 'preset': PRESET}
         if self.compressed:
             parameters.update(image_transport='compressed', depth_transport='compressed')

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How fast a camera may be: at several sizes, and beside another process on one core."""
+"""Highest rate of a camera: at several sizes, and beside another process on one core."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class Worker:
 
 @dataclasses.dataclass
 class Measured:
-    """What contestants took: milliseconds of each frame by stage, and the peak of memory [MB]."""
+    """Costs of contestants: milliseconds of each frame by stage, and the peak of memory [MB]."""
 
     times: dict[str, dict[str, list[float]]] = dataclasses.field(default_factory=dict)
     peaks: dict[str, float] = dataclasses.field(default_factory=dict)

@@ -5,7 +5,7 @@
 The start of an odometry that is level by more than the first accelerations.
 
 A camera that moves is accelerated, and its accelerometer has a bias: what it measures in one
-moment is several degrees off what is up. The motion of the camera tells these apart within
+moment is several degrees off what is up. The motion of the camera separates these within
 seconds. Whoever can wait for that holds the first poses back, and turns them then.
 """
 

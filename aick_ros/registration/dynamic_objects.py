@@ -7,13 +7,13 @@ Whether a motion is that of the camera, or of an object in front of it.
 A registration finds the motion that most keypoints share. Where a bus passes, most are on the
 bus: it appears to accelerate the camera by more than the motion model allows, the surfaces of the
 street behind it contradict the motion, or the street seems to be an object that moves by itself.
-If surfaces contradict the motion until a few keypoints and the depth around them are left out,
+If surfaces contradict the motion until a few keypoints and the depth around them are ignored,
 those are on an object. Otherwise the frame is registered once more without the keypoints of the
 first registration and the depth around them, from the pose at constant velocity. If keypoints and
 depth agree far better there, that is the motion of the camera. If many keypoints confirm each of
 the two, all evidence about them is added up. Either counts only where the two differ by more than
-both may err. If not, and the first motion is that of objects which have moved before, it is not
-believed; if it is sudden, the images decide between the two poses.
+both may err. If not, and the first motion is that of objects which have moved before, it is
+rejected; if it is sudden, the images decide between the two poses.
 """
 
 from __future__ import annotations

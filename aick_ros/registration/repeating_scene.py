@@ -13,7 +13,7 @@ depth agrees with the keypoints of only one of the two, that one is right: those
 on an object that moves. If some keypoints confirm one pose and others the second one, the scene
 does not repeat itself but shows two motions; if few confirm one of them, the other one is right.
 If depth contradicts the second one nevertheless, the depth of one of the frames is wrong, and
-neither pose is believed.
+both poses are rejected.
 """
 
 from __future__ import annotations

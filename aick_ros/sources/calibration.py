@@ -27,7 +27,7 @@ CAMERA_FILE = 'camera.json'
 """Name of the calibration file that belongs to a folder."""
 
 BY_OPTION = 'with --camera FILE (of aick convert, for commands without this option)'
-"""How to give a calibration to a command; some have several recordings, others a bag to play."""
+"""Way to give a calibration to a command; some have several recordings, others a bag to play."""
 
 HOW_TO_GIVE = (f'put one into the folder as {CAMERA_FILE}: {{"width": ..., "height": ..., '
                '"distortion_model": "plumb_bob", "k": [nine numbers, row by row], "d": [...]}, or '

@@ -278,7 +278,7 @@ def _overlapping(arguments: list[Any], place: int, choices: _Choices) -> Any:
 
 
 class _Liar(np.ndarray):
-    """An array that tells another length."""
+    """An array that reports another length."""
 
     def __len__(self) -> int:
         return 2 ** 60 + self.size

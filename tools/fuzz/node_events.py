@@ -110,7 +110,7 @@ class _Inputs:
 
 
 class _Node:
-    """What the inputs ask of a node; its log is thrown away."""
+    """Stand-in with the methods of a node that the inputs call; its log is thrown away."""
 
     def __init__(self) -> None:
         self.callbacks: dict[str, Callable[[Any], None]] = {}

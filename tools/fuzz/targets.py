@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is given damaged inputs: by name, a function of the bytes of an input and a folder."""
+"""Targets of damaged inputs: by name, a function of the bytes of an input and a folder."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ Objects that move by themselves, remembered from frame to frame.
 
 A poster that is carried into the view has most of the keypoints some frames later, and from then
 on the images of two frames alone say that it is the scene. So what has moved before is remembered
-by its places in a frame, and is left out at first when another frame is registered to that one.
+by its places in a frame, and is excluded at first when another frame is registered to that one.
 """
 
 from __future__ import annotations

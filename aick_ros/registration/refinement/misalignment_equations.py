@@ -8,7 +8,7 @@ The derivative of a residual by the point that it is of, times how the misalignm
 point, is its derivative by the misalignment. Points of the depth image move anyhow. A keypoint
 keeps its ray: a surface that moves changes its depth alone; during the readout it moves anyhow.
 A distortion of the depth image moves its points along their rays; what it does to keypoints is
-far less, and left out.
+far less, and ignored.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Objects that move by themselves, left out of the least-squares problem of two frames.
+Objects that move by themselves, excluded from the least-squares problem of two frames.
 
-Those that other frames have shown are left out from the first step on. From a pose so found all
+Those that other frames have shown are excluded from the first step on. From a pose so found all
 tracks are looked at: those that lie together and are far off are on objects, and so are those
 which fit the motion of an object found far better than that of the scene. Of known objects tracks
 need not be far off, but only farther than those of the scene: what moves slowly at times does not
@@ -55,7 +55,7 @@ class MovingObjects:
 
     :param count: number of tracks.
     :param surface: of the source, whose chosen points the problem has; None: no depth, and nothing
-        is left out.
+        is excluded.
     :param ray_sigma: standard deviation of a track on the plane z = 1.
     """
 

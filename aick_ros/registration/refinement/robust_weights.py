@@ -10,7 +10,7 @@ lacks, enlarge all residuals of some pairs of frames. The width grows with their
 few consistent residuals cannot outweigh the rest.
 
 Tracks may be on an object that moves by itself and has most of the keypoints. There the smallest
-third of the residuals tells what is noise: what is far beyond it has no weight, so that an object
+third of the residuals shows what is noise: what is far beyond it has no weight, so that an object
 does not carry the pose with it.
 """
 
