@@ -18,7 +18,7 @@ from aick_ros.features.detector import detect_some, required_descriptors
 from aick_ros.features.selection import spread
 from aick_ros.features.vocabulary import FrameWords, Vocabulary
 from aick_ros.frames import depth
-from aick_ros.frames.mask import mask_of
+from aick_ros.frames.mask import MaskedFrame, mask_of
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.settings import FeatureSettings, SensorSettings
 
@@ -131,7 +131,7 @@ class KeypointExtractor:
         if self._mask is not None:
             frame = self._mask.applied(frame)
         detected = detect_some(self._detector, frame.grey,
-                               functools.partial(self._choose, frame.depth))
+                               functools.partial(self._choose, frame))
         positions = frame.camera.back_project(
             detected.pixels, depth.sample(frame.depth, detected.pixels, self._sensor))
         pixels, descriptors, scales = detected.pixels, detected.descriptors, detected.scales
@@ -151,12 +151,12 @@ class KeypointExtractor:
             array.flags.writeable = False
         return KeypointFrame(frame.stamp, *arrays, words)
 
-    def _choose(self, image: np.ndarray, pixels: np.ndarray,
+    def _choose(self, frame: RgbdFrame, pixels: np.ndarray,
                 responses: np.ndarray) -> np.ndarray:
         """Return the keypoints to keep, the strongest first: with depth, and spread."""
-        has_depth = np.isfinite(depth.sample(image, pixels, self._sensor))
-        if self._mask is not None:
-            has_depth &= self._mask.shows(pixels, image.shape)
+        has_depth = np.isfinite(depth.sample(frame.depth, pixels, self._sensor))
+        if isinstance(frame, MaskedFrame):
+            has_depth &= frame.shows(pixels)
         kept = np.flatnonzero(has_depth)
         kept = kept[np.argsort(-responses[kept], kind='stable')]
         maximum, cell_size = self._features.max_keypoints, self._features.cell_size

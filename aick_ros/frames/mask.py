@@ -5,9 +5,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import cv2
@@ -16,16 +18,81 @@ import numpy as np
 from aick_ros.borders.encoded_image import decode
 from aick_ros.borders.files import read_bytes
 from aick_ros.borders.limits import MAX_MESSAGE_BYTES
-from aick_ros.borders.records import replaced
 from aick_ros.errors import InputError
-from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame, grey_of
 from aick_ros.settings import SensorSettings
 
 _MARGIN = 7  # px; chosen: corners nearer than this are of the edge of the mask, or seen with it
 _JPEG = b'\xff\xd8\xff'  # by definition: how such files begin
 _NO_FRACTIONS = np.empty(0, np.uint16)  # of a pixel, for OpenCV
 _ALL = 0.0, 0.0, 0.0, 0.0  # shares of the image that are not used
+_FIELDS = dataclasses.fields(RgbdFrame)
 _REMEDY = 'draw it on an image of the camera, and save it as PNG with one channel of 8 bits'
+
+
+@dataclass(frozen=True, eq=False)
+class Hidden:
+    """
+    The part of images of one size that is not used.
+
+    :param no_depth: HxW float32, NaN where hidden, 0 elsewhere.
+    :param where: rows and columns in which pixels are hidden.
+    :param nearest: KxLx2 int16 (u, v), of each pixel there the nearest one that is not.
+    :param keeps: HxW bool, false where keypoints are hidden, or too near to the edge.
+    """
+
+    no_depth: np.ndarray
+    where: tuple[slice, slice]
+    nearest: np.ndarray
+    keeps: np.ndarray
+
+    @staticmethod
+    def of(used: np.ndarray) -> Hidden:
+        """Return what is hidden where an image is used, HxW uint8 of 0 and 1."""
+        hidden = 1 - used
+        _, labels = cv2.distanceTransformWithLabels(
+            hidden, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
+        index_of = np.zeros(labels.max() + 1, np.int64)
+        index_of[labels[used == 1]] = np.flatnonzero(used)
+        u, v, columns, rows = cv2.boundingRect(hidden)
+        where = slice(v, v + rows), slice(u, u + columns)
+        nearest = np.dstack(np.divmod(index_of[labels[where]], used.shape[1])[::-1])
+        kernel = np.ones((2 * _MARGIN + 1, 2 * _MARGIN + 1), np.uint8)
+        return Hidden(np.where(hidden, np.float32(np.nan), np.float32(0.0)), where,
+                      nearest.astype(np.int16), cv2.dilate(hidden, kernel) == 0)
+
+
+@dataclass(frozen=True, eq=False)
+class MaskedFrame(RgbdFrame):
+    """
+    A frame of which a part is hidden, whatever is made of it.
+
+    There it has no depth. Its colour image stays, for those who look at it.
+
+    :param hidden: the part.
+    """
+
+    hidden: Hidden = field(kw_only=True)
+
+    @cached_property
+    def grey(self) -> np.ndarray:
+        """The colour image in grey, HxW uint8; what is hidden is as bright as what is beside."""
+        shown, hidden = grey_of(self.colour), self.hidden
+        grey = shown.copy()
+        grey[hidden.where] = cv2.remap(shown, hidden.nearest, _NO_FRACTIONS, cv2.INTER_NEAREST)
+        grey.flags.writeable = False
+        return grey
+
+    def shows(self, pixels: np.ndarray) -> np.ndarray:
+        """
+        Return which pixels are used, N bool, those at the edge of what is hidden excluded.
+
+        :param pixels: Nx2 (u, v) [px].
+        """
+        rows, columns = self.depth.shape
+        u, v = np.rint(pixels).astype(np.int64).T
+        shown: np.ndarray = self.hidden.keeps[v.clip(0, rows - 1), u.clip(0, columns - 1)]
+        return shown
 
 
 class ImageMask:
@@ -47,48 +114,27 @@ class ImageMask:
         if image is not None and not image.any():
             raise InputError(f'{name} is 0 everywhere, so that nothing of the images is used: '
                              'let it be 255 where they show the surroundings')
-        self._last: _Hidden | None = None  # of images of the size seen last
+        self._last: Hidden | None = None  # of images of the size seen last
 
     def applied(self, frame: RgbdFrame) -> RgbdFrame:
         """
-        Return a frame without depth where it is hidden, and without its brightness there.
-
-        Its colour image stays, for those who look at it.
+        Return a frame of which the part is hidden: itself where that is nothing.
 
         :raises InputError: where the mask does not fit the images.
         """
-        if vars(frame).get('mask') is self:
-            return frame
         hidden = self._hidden(*frame.depth.shape)
         if not hidden.nearest.size:
             return frame
-        depth, grey = frame.depth + hidden.no_depth, frame.grey.copy()
-        grey[hidden.where] = cv2.remap(frame.grey, hidden.nearest, _NO_FRACTIONS,
-                                       cv2.INTER_NEAREST)
-        depth.flags.writeable = grey.flags.writeable = False
-        masked = replaced(frame, depth=depth)
-        vars(masked).update(grey=grey, mask=self)  # they are of this very frame, and no fields
-        return masked
+        depth = frame.depth + hidden.no_depth
+        depth.flags.writeable = False
+        images = {known.name: getattr(frame, known.name) for known in _FIELDS}
+        return MaskedFrame(**{**images, 'depth': depth}, hidden=hidden)
 
-    def shows(self, pixels: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-        """
-        Return which pixels of an image are used, N bool, those at the edge of the mask excluded.
-
-        :param pixels: Nx2 (u, v) in the image [px].
-        :param shape: rows and columns of the image.
-        :raises InputError: where the mask does not fit the image.
-        """
-        rows, columns = shape
-        u, v = np.rint(pixels).astype(np.int64).T
-        shown: np.ndarray = self._hidden(rows, columns).keeps[
-            v.clip(0, rows - 1), u.clip(0, columns - 1)]
-        return shown
-
-    def _hidden(self, rows: int, columns: int) -> _Hidden:
+    def _hidden(self, rows: int, columns: int) -> Hidden:
         """Return what is hidden of images of a size."""
         last = self._last  # another thread may replace it
         if last is None or last.keeps.shape != (rows, columns):
-            last = self._last = _Hidden.of(self._used(rows, columns))
+            last = self._last = Hidden.of(self._used(rows, columns))
         return last
 
     def _used(self, rows: int, columns: int) -> np.ndarray:
@@ -117,38 +163,6 @@ class ImageMask:
             raise InputError(f'{self._name} has {width} x {height} pixels and the images '
                              f'{columns} x {rows}: it must have their size, or the same ratio of '
                              f'width to height; {_REMEDY}')
-
-
-@dataclass(frozen=True, eq=False)
-class _Hidden:
-    """
-    What a mask hides of images of one size.
-
-    :param no_depth: HxW float32, NaN where hidden, 0 elsewhere.
-    :param where: rows and columns in which pixels are hidden.
-    :param nearest: KxLx2 int16 (u, v), of each pixel there the nearest one that is not.
-    :param keeps: HxW bool, false where keypoints are hidden, or too near to the edge.
-    """
-
-    no_depth: np.ndarray
-    where: tuple[slice, slice]
-    nearest: np.ndarray
-    keeps: np.ndarray
-
-    @staticmethod
-    def of(used: np.ndarray) -> _Hidden:
-        """Return what is hidden where an image is used, HxW uint8 of 0 and 1."""
-        hidden = 1 - used
-        _, labels = cv2.distanceTransformWithLabels(
-            hidden, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
-        index_of = np.zeros(labels.max() + 1, np.int64)
-        index_of[labels[used == 1]] = np.flatnonzero(used)
-        u, v, columns, rows = cv2.boundingRect(hidden)
-        where = slice(v, v + rows), slice(u, u + columns)
-        nearest = np.dstack(np.divmod(index_of[labels[where]], used.shape[1])[::-1])
-        kernel = np.ones((2 * _MARGIN + 1, 2 * _MARGIN + 1), np.uint8)
-        return _Hidden(np.where(hidden, np.float32(np.nan), np.float32(0.0)), where,
-                       nearest.astype(np.int16), cv2.dilate(hidden, kernel) == 0)
 
 
 def mask_of(settings: SensorSettings) -> ImageMask | None:

@@ -96,11 +96,16 @@ class RgbdFrame:
     @cached_property
     def grey(self) -> np.ndarray:
         """The colour image in grey, HxW uint8."""
-        if self.colour.ndim == 2:
-            return self.colour
-        grey = cv2.cvtColor(self.colour, cv2.COLOR_RGB2GRAY)
-        grey.flags.writeable = False
-        return grey
+        return grey_of(self.colour)
+
+
+def grey_of(colour: np.ndarray) -> np.ndarray:
+    """Return a colour image in grey, HxW uint8, which is that one where it has no colours."""
+    if colour.ndim == 2:
+        return colour
+    grey = cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY)
+    grey.flags.writeable = False
+    return grey
 
 
 def _is_constant(image: np.ndarray) -> bool:

@@ -57,5 +57,7 @@ def repeated(prepared: PreparedFrame, frame: RgbdFrame) -> PreparedFrame:
     """Return a prepared frame at the stamp of another one that has the same images."""
     return dataclasses.replace(
         prepared, repeat=Repeat.BOTH,
-        frame=dataclasses.replace(frame, depth=prepared.frame.depth),
+        frame=dataclasses.replace(prepared.frame, stamp=frame.stamp, colour=frame.colour,
+                                  camera=frame.camera, depth_stamp=frame.depth_stamp,
+                                  imu=frame.imu),
         keypoints=dataclasses.replace(prepared.keypoints, stamp=frame.stamp))

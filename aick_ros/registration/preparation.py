@@ -23,7 +23,7 @@ from aick_ros.settings import Settings
 
 class Preparer:
     """
-    Makes keypoints and surfaces of frames.
+    Masks frames, and makes their keypoints and surfaces.
 
     Nothing but the distortion that it corrects changes, so that frames can be prepared on one
     thread while another one registers those before. Then the detector must be able to work for
@@ -36,7 +36,7 @@ class Preparer:
     def __init__(self, settings: Settings, detector: Detector | None = None) -> None:
         self.settings = required(settings, Settings, 'settings').preparation
         self._makes_keypoints = settings.odometry.aick_interval == 1
-        self._extractor = KeypointExtractor(settings.features, settings.sensor,
+        self._extractor = KeypointExtractor(settings.features, settings.sensor.without_mask,
                                             vocabulary_of(settings), settings.aick.word_radius,
                                             detector)
         self._mask = mask_of(settings.sensor)
@@ -70,11 +70,11 @@ class Preparer:
         return frame if self._mask is None else self._mask.applied(frame)
 
     def keypoints(self, frame: RgbdFrame) -> KeypointFrame:
-        """Return the keypoints of a frame."""
+        """Return the keypoints of a frame, masked before where it is to be."""
         return self._extractor.extract(frame)
 
     def surface(self, frame: RgbdFrame) -> Surface | None:
-        """Return the surface of a frame; None if the refinement does not use it."""
+        """Return the surface of such a frame; None if the refinement does not use it."""
         if self.settings.surface_points is None:
             return None
         return Surface.of(frame.depth, frame.camera, self.settings.sensor,

@@ -76,8 +76,9 @@ class VerifiedAick:
                                                    iterations=iterations))
         unlimited = dataclasses.replace(settings.features, max_keypoints=0)
         self._all_keypoints = LastResults(
-            KeypointExtractor(unlimited, settings.sensor, detector=detector).extract,
-            _CACHED_FRAMES)
+            KeypointExtractor(
+                unlimited, settings.sensor.without_mask, detector=detector).extract,
+            _CACHED_FRAMES)  # of frames that are masked
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: ExpectedPose | None, tracked: np.ndarray | None = None) -> Registration:

@@ -10,7 +10,7 @@ dataclasses.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from aick_ros.errors import InputError
@@ -61,6 +61,11 @@ class SensorSettings(Checked):
     def inverse_depth_exponent(self) -> float:
         """Exponent q of the noise of inverse depth: sigma = depth_sigma * depth^q."""
         return self.depth_exponent - 2.0  # derived: d(1/z) = dz / z^2
+
+    @property
+    def without_mask(self) -> SensorSettings:
+        """The same settings for frames that are masked already."""
+        return replace(self, mask='', roi_ratios=(0.0, 0.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True)

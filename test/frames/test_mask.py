@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
+from aick_ros.borders.records import replaced
 from aick_ros.errors import InputError
 from aick_ros.features.detector import Features
 from aick_ros.frames.keypoints import KeypointExtractor
@@ -63,13 +64,24 @@ def test_what_is_hidden_makes_no_difference():
     np.testing.assert_array_equal(found.depth, expected.depth)
 
 
-def test_it_is_applied_once_and_again_to_other_images():
+@pytest.mark.parametrize('replace', [dataclasses.replace, replaced])
+def test_a_masked_frame_stays_so_with_other_images_or_another_stamp(replace):
     frame, mask = frame_of(), ImageMask(MASK)
     masked = mask.applied(frame)
-    assert mask.applied(masked) is masked
-    again = mask.applied(dataclasses.replace(masked, depth=frame.depth))
-    np.testing.assert_array_equal(again.depth, masked.depth)
-    np.testing.assert_array_equal(again.grey, masked.grey)
+    other = dataclasses.replace(frame_of(), camera=frame.camera)
+    moved = replace(masked, stamp=8, colour=other.colour)
+    np.testing.assert_array_equal(moved.grey, mask.applied(other).grey)
+    np.testing.assert_array_equal(moved.depth, masked.depth)
+    bare = replace(masked, colour=masked.grey)
+    np.testing.assert_array_equal(bare.grey, masked.grey)
+    pixels = np.indices((64, 48)).reshape(2, -1).T
+    np.testing.assert_array_equal(moved.shows(pixels), masked.shows(pixels))
+
+
+def test_a_masked_frame_is_masked_by_another_one_too():
+    frame = frame_of()
+    both = ImageMask(np.flipud(MASK)).applied(ImageMask(MASK).applied(frame))
+    np.testing.assert_array_equal(np.isnan(both.depth), HIDDEN | np.flipud(HIDDEN))
 
 
 def test_a_mask_is_scaled_to_images_of_its_shape():

@@ -9,9 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
+from aick_ros.frames.mask import ImageMask, MaskedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.odometry import Odometry
+from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
@@ -64,9 +66,16 @@ def without_light(frames):
             for i, frame in enumerate(frames)]
 
 
+def with_copies(frames):
+    """Return frames of which one comes again under the next stamp."""
+    return [dataclasses.replace(frames[7], stamp=frame.stamp) if i == 8 else frame
+            for i, frame in enumerate(frames)]
+
+
 @pytest.mark.parametrize('settings, darken', [
     (Settings(), list), (preset('embedded'), list), (preset('paper-full'), list),
-    (Settings(), without_light)], ids=['AICK', 'tracking', 'paper', 'depth alone'])
+    (Settings(), without_light), (Settings(), with_copies)],
+    ids=['AICK', 'tracking', 'paper', 'depth alone', 'repeated'])
 def test_behind_a_mask_a_body_makes_no_difference(rendered, mask, settings, darken):
     """Not by a bit: nothing of it is used. Without the mask the camera seems to stay with it."""
     frames, with_body, truth = rendered
@@ -91,3 +100,19 @@ def test_a_mask_may_be_set_while_the_odometry_runs(rendered, mask):
     moved, true = (se3.inverse(poses[8]) @ poses[-1] for poses in (path, truth))
     assert np.linalg.norm(true[:3, 3]) > 0.2
     assert np.linalg.norm((se3.inverse(true) @ moved)[:3, 3]) < 0.01
+
+
+@pytest.mark.parametrize('settings', [Settings(), preset('embedded')], ids=['AICK', 'tracking'])
+def test_each_frame_is_masked_once(rendered, mask, settings, monkeypatch):
+    """Where AICK fails, too, which then seeks more keypoints; a repeated frame stays masked."""
+    frames, masked, applied = rendered[0], [], ImageMask.applied
+    monkeypatch.setattr(ImageMask, 'applied', lambda self, frame: (
+        masked.append(frame.stamp), applied(self, frame))[1])
+    frames = with_copies(frames)[:11]
+    frames[10] = dataclasses.replace(frames[10], colour=frames[10].colour[::-1].copy())
+    odometry = Odometry(with_values(settings, mask))
+    updates = [odometry.register_frame(frame) for frame in frames]
+    assert [update.status is Status.REPEATED for update in updates] == [
+        index == 8 for index in range(11)]
+    assert all(isinstance(update.prepared.frame, MaskedFrame) for update in updates)
+    assert masked == [frame.stamp for frame in frames]

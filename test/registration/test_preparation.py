@@ -14,6 +14,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
 from aick_ros.frames.imu import ImuSamples
+from aick_ros.frames.mask import MaskedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration import stage_times
@@ -87,6 +88,20 @@ def test_what_is_prepared_ahead_is_what_each_frame_needs(frames, monkeypatch, in
     assert surfaces == [(frame.depth, frame.camera, settings.sensor, 321)]
     assert (preparation.surface(), preparation.keypoints()) == ('a surface', 'keypoints')
     assert extracted == [frame] and len(surfaces) == 1
+
+
+def test_keypoints_and_surface_are_made_of_the_frame_masked_once(frames, monkeypatch):
+    settings = with_values(Settings(), {'sensor.roi_ratios': (0.0, 0.25, 0.0, 0.0)})
+    extracted = []
+    made = noted(monkeypatch, 'KeypointExtractor', SimpleNamespace(extract=extracted.append))
+    surfaces = noted(monkeypatch, 'Surface.of', 'a surface')
+    preparation = Preparer(settings).prepare(frames[0])
+    [masked] = extracted
+    assert isinstance(masked, MaskedFrame) and masked is preparation.corrected()
+    assert np.isnan(masked.depth[:, 240:]).all() and np.isfinite(masked.depth[:, :240]).all()
+    [(_, sensor, *_)], [(depth, *_)] = made, surfaces
+    assert sensor == Settings().sensor and depth is masked.depth
+    assert not np.isnan(preparation.frame.depth).any()
 
 
 def test_each_part_has_its_time(frames, monkeypatch):

@@ -45,7 +45,8 @@ class Steps:
         parts.replace('verified_aick', 'RepeatingSceneCheck', 'DynamicObjectCheck',
                       'ApparentAcceleration', 'Aick', 'KeypointExtractor')
         self.parts, self.made = parts, made
-        self.settings = with_values(Settings(), {'refinement.max_tracks': 100})
+        self.settings = with_values(Settings(), {
+            'refinement.max_tracks': 100, 'sensor.roi_ratios': (0.1, 0.0, 0.0, 0.0)})
         self.noise, self.refinement = MeasuredNoise(), parts.make('Refinement')
         self.times, self.detector, self.fast = StageTimes(), object(), SimpleNamespace()
         self.fast.align = lambda *args: parts.log.append(('fast', 'align', args)) or self.aligned
@@ -101,7 +102,7 @@ def test_its_parts_share_one_refinement_of_the_camera(steps, parts):
     assert slow.made_with == (
         dataclasses.replace(steps.settings.aick, alpha=0.93, iterations=60),)
     assert extractor.made_with == (dataclasses.replace(
-        steps.settings.features, max_keypoints=0), steps.settings.sensor, steps.detector)
+        steps.settings.features, max_keypoints=0), Settings().sensor, steps.detector)
 
 
 def test_what_aick_finds_is_refined_and_then_checked(steps, parts):

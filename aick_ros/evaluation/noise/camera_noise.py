@@ -56,12 +56,13 @@ def estimate_noise(source: RgbdSource, settings: Settings = Settings(),
     :raises InputError: where the recording does not determine the depth noise.
     """
     depth, pixels = DepthNoiseSamples(settings.sensor), PixelNoiseSamples(settings)
-    odometry, mask = Odometry(settings), mask_of(settings.sensor)
+    mask = mask_of(settings.sensor)
+    odometry = Odometry(dataclasses.replace(settings, sensor=settings.sensor.without_mask))
     for count, frame in enumerate(source.frames(on_damaged), 1):
         seen = frame if mask is None else mask.applied(frame)
         depth.add(seen)
         pixels.add(seen)
-        odometry.register_frame(frame)
+        odometry.register_frame(seen)
         on_progress(count)
     return CameraNoise(depth.model(source.name), pixels.pairs, pixels.model(),
                        odometry.misalignment.settings, odometry.distortion)

@@ -3,9 +3,11 @@
 
 """Vocabularies learned by the command, and used by another one."""
 
+import dataclasses
 import json
 import signal
 
+import numpy as np
 import pytest
 
 from aick_ros.cli.commands import vocabulary as vocabulary_module
@@ -39,6 +41,33 @@ def test_learns_words_of_the_keypoints_that_the_parameters_choose(
     assert (learned.detector, len(learned)) == (detector, 40)
     assert learned.words[0].nbytes == bytes_each
     assert learned.learned_from == f'{2 * len(frames)} frames of one, two'
+
+
+def test_what_is_masked_teaches_no_words(aick, tmp_path, monkeypatch, recording):
+    """Other images there change not one of them."""
+    class Covered:
+        name = recording.name
+
+        def __len__(self):
+            return len(recording)
+
+        def frames(self, on_damaged):
+            rng = np.random.default_rng(1)
+            for frame in recording.frames(on_damaged):
+                colour, depth = frame.colour.copy(), frame.depth.copy()
+                part = np.s_[:, 3 * colour.shape[1] // 4:]
+                colour[part] = rng.integers(0, 256, colour[part].shape)
+                depth[part] = 1.0
+                yield dataclasses.replace(frame, colour=colour, depth=depth)
+
+    learn = ('vocabulary', 'one', '--words', '30', '--set', 'sensor.roi_ratios=0 0.25 0 0')
+    aick(*learn, '--out', 'expected')
+    monkeypatch.setattr(vocabulary_module, 'open_source', lambda *_: Covered())
+    aick(*learn, '--out', 'found')
+    aick(*learn[:-2], '--out', 'without')
+    expected, found, without = (
+        (tmp_path / name).read_bytes() for name in ('expected', 'found', 'without'))
+    assert found == expected != without
 
 
 def test_the_seed_decides(aick, tmp_path):
