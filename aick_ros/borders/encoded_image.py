@@ -39,6 +39,12 @@ _JPEG_FRAMES = set(range(0xc0, 0xd0)) - {0xc4, 0xc8, 0xcc}
 """Markers of a frame header (ITU-T T.81, Table B.1)."""
 
 
+def format_of(content: bytes) -> str:
+    """Return the name of the format that data begins like, PNG or JPEG; '' for any other."""
+    return next((name for name, (first, _) in _SIGNATURES.items() if content.startswith(first)),
+                '')
+
+
 def decode(data: ByteData) -> np.ndarray:
     """
     Return the image in PNG or JPEG data as it is stored.
@@ -49,12 +55,11 @@ def decode(data: ByteData) -> np.ndarray:
     content = bytes(data)
     if not content:
         raise InputError('it is empty: copy or record it again')
-    for name, (first, last) in _SIGNATURES.items():
-        if content.startswith(first):
-            break
-    else:
+    name = format_of(content)
+    if not name:
         raise InputError(f'its {len(content)} bytes are neither PNG nor JPEG data: store the '
                          'image in one of these formats')
+    _, last = _SIGNATURES[name]
     # some versions of OpenCV invent the rest of a truncated image instead of rejecting it
     image = None
     size = (_png_size if name == 'PNG' else _jpeg_size)(content)

@@ -15,7 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from aick_ros.borders.encoded_image import decode
+from aick_ros.borders.encoded_image import decode, format_of
 from aick_ros.borders.files import read_bytes
 from aick_ros.borders.limits import MAX_MESSAGE_BYTES
 from aick_ros.errors import InputError
@@ -23,7 +23,6 @@ from aick_ros.frames.rgbd import RgbdFrame, grey_of
 from aick_ros.settings import SensorSettings
 
 _MARGIN = 7  # px; chosen: corners nearer than this are of the edge of the mask, or seen with it
-_JPEG = b'\xff\xd8\xff'  # by definition: how such files begin
 _NO_FRACTIONS = np.empty(0, np.uint16)  # of a pixel, for OpenCV
 _ALL = 0.0, 0.0, 0.0, 0.0  # shares of the image that are not used
 _FIELDS = dataclasses.fields(RgbdFrame)
@@ -192,8 +191,10 @@ def _read(path: str, roi_ratios: tuple[float, ...], changed: int, size: int) -> 
     """Return the mask in a file, which was changed at a time [ns] and has a size [byte]."""
     name = f'the mask {path} (sensor.mask)'
     content = read_bytes(Path(path), 'the mask (sensor.mask)', MAX_MESSAGE_BYTES)
-    if content.startswith(_JPEG):
-        raise InputError(f'{name} is a JPEG image, which is nowhere quite 0: {_REMEDY}')
+    kind = format_of(content)
+    if kind != 'PNG':
+        what = 'a JPEG image, which is nowhere quite 0' if kind else 'no PNG image'
+        raise InputError(f'{name} is {what}: {_REMEDY}')
     try:
         image = decode(content)
     except InputError as error:

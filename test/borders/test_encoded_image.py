@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aick_ros.borders import encoded_image
-from aick_ros.borders.encoded_image import decode
+from aick_ros.borders.encoded_image import decode, format_of
 from aick_ros.borders.limits import MAX_SCANS, MAX_SIDE
 from aick_ros.errors import InputError
 
@@ -22,6 +22,13 @@ DEPTH = RNG.integers(0, 65536, (24, 32), np.uint16)
 
 def encoded(image, kind='.png'):
     return cv2.imencode(kind, image)[1].tobytes()
+
+
+@pytest.mark.parametrize('content, name', [
+    (encoded(BGR), 'PNG'), (encoded(BGR, '.jpg'), 'JPEG'), (encoded(BGR)[:7], ''),
+    (encoded(BGR, '.bmp'), ''), (b'', '')])
+def test_a_format_is_told_by_the_first_bytes(content, name):
+    assert format_of(content) == name
 
 
 @pytest.mark.parametrize('kind, name', [('.png', 'PNG'), ('.jpg', 'JPEG')])

@@ -166,7 +166,10 @@ def test_a_file_that_has_changed_is_read_again_and_any_other_once(tmp_path):
 @pytest.mark.parametrize('make, words', [
     (lambda path: None, 'No such file or directory'),
     (lambda path: path.mkdir(), 'cannot read the mask .*: Is a directory'),
-    (lambda path: path.write_bytes(b'text'), 'cannot be read: its 4 bytes are neither PNG nor'),
+    (lambda path: path.write_bytes(b'text'), 'is no PNG image: draw it'),
+    (lambda path: path.write_bytes(b''), 'is no PNG image: draw it'),
+    (lambda path: path.write_bytes(cv2.imencode('.png', MASK)[1].tobytes()[:-20]),
+     r'\(sensor.mask\) cannot be read: its .* bytes of PNG data are truncated: copy or'),
     (lambda path: saved(path, np.zeros((48, 64, 3), np.uint8)), 'has 3 channels of uint8: draw'),
     (lambda path: saved(path, np.zeros((48, 64), np.uint16)), 'has 1 channel of uint16: draw'),
     (lambda path: saved(path, 0 * MASK), 'is 0 everywhere'),
