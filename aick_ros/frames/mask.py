@@ -27,6 +27,7 @@ _NO_FRACTIONS = np.empty(0, np.uint16)  # of a pixel, for OpenCV
 _ALL = 0.0, 0.0, 0.0, 0.0  # shares of the image that are not used
 _FIELDS = dataclasses.fields(RgbdFrame)
 _REMEDY = 'draw it on an image of the camera, and save it as PNG with one channel of 8 bits'
+_ALTERNATIVES = 'name a PNG file that can be read, or none to use all of the images'
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,10 +175,12 @@ def mask_of(settings: SensorSettings) -> ImageMask | None:
         return _by(settings.roi_ratios) if any(settings.roi_ratios) else None
     path = os.path.expanduser(settings.mask)  # no shell fills in ~ in a parameter file
     try:
+        path = os.path.abspath(path)  # nobody sees in which folder a node was started
         status = os.stat(path)
     except (OSError, ValueError) as error:  # ValueError: NUL in the name
         reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f'cannot read the mask {path} (sensor.mask): {reason}') from None
+        raise InputError(f'cannot read the mask (sensor.mask) {path}: {reason}; '
+                         f'{_ALTERNATIVES}') from None
     return _read(path, settings.roi_ratios, status.st_mtime_ns, status.st_size)
 
 
@@ -190,7 +193,10 @@ def _by(roi_ratios: tuple[float, ...]) -> ImageMask:
 def _read(path: str, roi_ratios: tuple[float, ...], changed: int, size: int) -> ImageMask:
     """Return the mask in a file, which was changed at a time [ns] and has a size [byte]."""
     name = f'the mask {path} (sensor.mask)'
-    content = read_bytes(Path(path), 'the mask (sensor.mask)', MAX_MESSAGE_BYTES)
+    try:
+        content = read_bytes(Path(path), 'the mask (sensor.mask)', MAX_MESSAGE_BYTES)
+    except InputError as error:
+        raise InputError(f'{error}; {_ALTERNATIVES}') from None
     kind = format_of(content)
     if kind != 'PNG':
         what = 'a JPEG image, which is nowhere quite 0' if kind else 'no PNG image'

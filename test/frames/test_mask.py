@@ -164,8 +164,8 @@ def test_a_file_that_has_changed_is_read_again_and_any_other_once(tmp_path):
 
 
 @pytest.mark.parametrize('make, words', [
-    (lambda path: None, 'No such file or directory'),
-    (lambda path: path.mkdir(), 'cannot read the mask .*: Is a directory'),
+    (lambda path: None, 'cannot read the mask .*: No such file or directory; name a PNG file'),
+    (lambda path: path.mkdir(), 'cannot read the mask .*: Is a directory; name a PNG file that'),
     (lambda path: path.write_bytes(b'text'), 'is no PNG image: draw it'),
     (lambda path: path.write_bytes(b''), 'is no PNG image: draw it'),
     (lambda path: path.write_bytes(cv2.imencode('.png', MASK)[1].tobytes()[:-20]),
@@ -183,8 +183,19 @@ def test_a_file_that_is_no_mask_is_named(tmp_path, make, words):
 
 
 def test_a_name_that_no_file_can_have_is_rejected():
-    with pytest.raises(InputError, match=r'cannot read the mask .* \(sensor.mask\)'):
+    with pytest.raises(InputError, match=r'cannot read the mask \(sensor.mask\) .*; name a PNG'):
         mask_of(SensorSettings(mask='a\0b'))
+
+
+def test_a_relative_path_is_named_as_a_whole(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as raised:
+        mask_of(SensorSettings(mask='m.png'))
+    assert str(raised.value) == (
+        f'cannot read the mask (sensor.mask) {tmp_path}/m.png: No such file or directory; name a '
+        'PNG file that can be read, or none to use all of the images')
+    saved(tmp_path / 'm.png')
+    assert mask_of(SensorSettings(mask='m.png')) is not None
 
 
 def test_the_home_folder_is_filled_in(tmp_path, monkeypatch):

@@ -167,7 +167,7 @@ def test_a_value_that_is_set_already_is_not_passed_on(live):
     ({'aick__iterations': 0}, 'aick.iterations = 0 is outside 1 to 100'),
     ({'aick__vocabulary': '/none.npz'}, '/none.npz'),
     ({'aick__vocabulary': 'surf-1000'}, 'the vocabulary surf-1000 is of surf keypoints'),
-    ({'sensor__mask': '/none.png'}, 'cannot read the mask /none.png (sensor.mask): No such file'),
+    ({'sensor__mask': '/none.png'}, 'cannot read the mask (sensor.mask) /none.png: No such file'),
     ({'aick__alpha': 'high'}, "aick.alpha = 'high' is not a number"),
     ({'features__detector': 'orbs'}, "features.detector = 'orbs' is none of 'orb'"),
     ({'aick__alfa': 0.5}, "no parameter is called 'aick.alfa': did you mean aick.alpha"),

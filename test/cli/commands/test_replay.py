@@ -465,11 +465,13 @@ def test_a_mask_that_cannot_be_used_is_one_sentence(replay, recording, tmp_path)
     outcome, _ = replay(recording, '--set', 'sensor.mask=none.png')
     assert outcome.code == 2
     assert outcome.sentence == (
-        'cannot read the mask none.png (sensor.mask): No such file or directory')
+        f'cannot read the mask (sensor.mask) {tmp_path}/none.png: No such file or directory; '
+        'name a PNG file that can be read, or none to use all of the images')
     cv2.imwrite(str(tmp_path / 'mask.png'), np.full((100, 100), 255, np.uint8))
     outcome, _ = replay(recording, '--set', 'sensor.mask=mask.png')
     assert outcome.code == 2
     assert outcome.sentence.startswith(
-        'the mask mask.png (sensor.mask) has 100 x 100 pixels and the images 320 x 240: ')
+        f'the mask {tmp_path}/mask.png (sensor.mask) has 100 x 100 pixels and the images 320 x '
+        '240: ')
     outcome, _ = replay(recording, '--set', 'sensor.roi_ratios=0 0 0 0.25')
     assert outcome.code == 0
