@@ -42,8 +42,17 @@ def identity_of(job: Job, state: str) -> str:
 
     :param state: of the recording, by :func:`state_of`.
     """
-    return _digest([state, values(job.settings), dataclasses.asdict(job.options), list(job.gaps),
-                    job.limit, dict(own_versions())])
+    return _digest([state, values(job.settings), list(map(_version, job.settings.files)),
+                    dataclasses.asdict(job.options), list(job.gaps), job.limit,
+                    dict(own_versions())])
+
+
+def _version(path: str) -> tuple[str, int, int] | None:
+    """Return what changes with the content of a file; None of one that is on workers alone."""
+    try:
+        return _facts(path, '')
+    except (OSError, ValueError):  # ValueError: NUL in the name
+        return None
 
 
 def _files(source: str) -> Iterator[tuple[str, int, int]]:

@@ -6,11 +6,13 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from aick_ros.cli.input.options import require_of_algorithm
 from aick_ros.errors import InputError
+from aick_ros.features.vocabulary import shipped
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values, with_values
 
@@ -23,7 +25,7 @@ class Variant:
     Settings with their name.
 
     :param name: of its folder; the values that are varied.
-    :param varied: dotted name -> value, of those that are varied.
+    :param varied: dotted name -> value as it is given, of those that are varied.
     """
 
     name: str
@@ -33,7 +35,7 @@ class Variant:
 
 def variants(settings: Settings, vary: Sequence[str]) -> list[Variant]:
     """
-    Return all combinations of values.
+    Return all combinations of values, files by their absolute paths.
 
     :param vary: each ``NAME=VALUE,VALUE,...``.
     :raises InputError: for an unknown name, an invalid value, or too many combinations.
@@ -61,5 +63,9 @@ def _variant(settings: Settings, chosen: Mapping[str, str]) -> Variant:
     changed = with_values(settings, chosen)
     every = values(changed)
     varied = {name: every[name] for name in chosen}
+    changed = with_values(changed, {
+        name: os.path.abspath(os.path.expanduser(path)) for name, path in (
+            ('sensor.mask', changed.sensor.mask), ('aick.vocabulary', changed.aick.vocabulary))
+        if path and path not in shipped()})  # workers may work in other folders
     name = ','.join(f'{name}={value}' for name, value in chosen.items())
     return Variant(name or 'settings', changed, varied)

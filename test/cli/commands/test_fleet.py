@@ -11,7 +11,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+import cv2
 import distributed
+import numpy as np
 import pytest
 from distributed import Client
 
@@ -156,6 +158,32 @@ def test_depth_is_registered_in_the_processes_too(aick, scheduler, recordings, t
         expected.append(figures['pairs']['1']['translation_median_m'])
     assert found == expected
     assert found[0] != found[1]
+
+
+def test_a_mask_by_a_relative_path_is_that_of_the_folder_of_the_command(
+        aick, scheduler, recordings, tmp_path):
+    """Whatever folder a process works in; another image there is another run."""
+    monday = recordings / 'monday'
+
+    def run(*arguments):
+        return aick(*arguments, '--gaps', '1', '--limit', '4', '--set', 'sensor.mask=mask.png')
+
+    def row(mask):
+        cv2.imwrite('mask.png', mask)
+        outcome = run('fleet', monday, '--out', 'out', '--scheduler', scheduler)
+        assert outcome.code == 0
+        return read_table(tmp_path / 'out' / 'table.parquet')[0], outcome
+
+    mask = np.full((240, 320), 255, np.uint8)
+    mask[120:] = 0
+    found, _ = row(mask)
+    expected = json.loads(run('evaluate', monday / 'rendered', '--json', '-').out)
+    assert found['trajectory.ate_rmse_m'] == expected['trajectory']['ate_rmse_m']
+    assert json.loads((tmp_path / 'out' / 'runs' / 'settings' / 'rendered' / 'summary.json')
+                      .read_text())['settings']['sensor.mask'] == f'{tmp_path}/mask.png'
+    again, outcome = row(np.full((240, 320), 255, np.uint8))
+    assert 'done already' not in outcome.err
+    assert again['trajectory.ate_rmse_m'] != found['trajectory.ate_rmse_m']
 
 
 def test_runs_of_a_table_are_compared(fleet, aick):

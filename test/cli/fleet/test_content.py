@@ -111,3 +111,17 @@ def test_state_and_versions_are_part_of_the_identity(monkeypatch):
     assert identity_of(JOB, 't') != before
     monkeypatch.setattr(content, 'own_versions', lambda: {'NumPy': '0.9'})
     assert identity_of(JOB, 's') != before
+
+
+@pytest.mark.parametrize('name', ['sensor.mask', 'aick.vocabulary'])
+def test_the_files_of_the_settings_are_part_of_the_identity(tmp_path, name):
+    """By size and time of change, where they can be read here."""
+    path = tmp_path / 'file'
+    job = dataclasses.replace(JOB, settings=with_values(Settings(), {name: str(path)}))
+    found = {identity_of(job, 's')}
+    path.write_text('one')
+    found.add(identity_of(job, 's'))
+    assert identity_of(job, 's') in found
+    grow(path)
+    found.add(identity_of(job, 's'))
+    assert len(found) == 3

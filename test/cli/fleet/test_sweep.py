@@ -35,6 +35,21 @@ def test_without_anything_to_vary_the_settings_are_the_only_variant():
     assert (only.name, only.settings, only.varied) == ('settings', Settings(), {})
 
 
+def test_files_are_named_by_their_absolute_paths(tmp_path, monkeypatch):
+    """Those of the command, as workers may work in other folders."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('HOME', '/home/robot')
+    base = with_values(Settings(), {'sensor.mask': 'body.png', 'aick.vocabulary': 'orb-1000'})
+    one, other = variants(base, ['aick.vocabulary=~/words.npz,orb-1000'])
+    assert one.settings.files == ('/home/robot/words.npz', f'{tmp_path}/body.png')
+    assert other.settings.files == ('orb-1000', f'{tmp_path}/body.png')
+    assert one.name == 'aick.vocabulary=~/words.npz'
+    assert one.varied == {'aick.vocabulary': '~/words.npz'}
+    masked, plain = variants(Settings(), ['sensor.mask=arm.png,/body.png'])
+    assert masked.settings.files == ('', f'{tmp_path}/arm.png')
+    assert plain.settings.files == ('', '/body.png')
+
+
 @pytest.mark.parametrize('vary, sentence', [
     (['aick.iterations'], 'NAME=VALUE,VALUE is required'),
     (['aick.iterations=5,,6'], 'NAME=VALUE,VALUE is required'),
