@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import hashlib
 import os
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,6 +19,7 @@ import numpy as np
 from aick_ros.borders.encoded_image import decode, format_of
 from aick_ros.borders.files import read_bytes
 from aick_ros.borders.limits import MAX_MESSAGE_BYTES
+from aick_ros.borders.records import replaced
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame, grey_of
 from aick_ros.settings import SensorSettings
@@ -61,6 +63,13 @@ class Hidden:
         return Hidden(np.where(hidden, np.float32(np.nan), np.float32(0.0)), where,
                       nearest.astype(np.int16), cv2.dilate(hidden, kernel) == 0)
 
+    def filled(self, image: np.ndarray) -> np.ndarray:
+        """Return an image, HxW or HxWxC, in which what is hidden looks like what is beside."""
+        filled = image.copy()
+        filled[self.where] = cv2.remap(image, self.nearest, _NO_FRACTIONS, cv2.INTER_NEAREST)
+        filled.flags.writeable = False
+        return filled
+
 
 @dataclass(frozen=True, eq=False)
 class MaskedFrame(RgbdFrame):
@@ -77,11 +86,11 @@ class MaskedFrame(RgbdFrame):
     @cached_property
     def grey(self) -> np.ndarray:
         """The colour image in grey, HxW uint8; what is hidden is as bright as what is beside."""
-        shown, hidden = grey_of(self.colour), self.hidden
-        grey = shown.copy()
-        grey[hidden.where] = cv2.remap(shown, hidden.nearest, _NO_FRACTIONS, cv2.INTER_NEAREST)
-        grey.flags.writeable = False
-        return grey
+        return self.hidden.filled(grey_of(self.colour))
+
+    def without_colour(self) -> MaskedFrame:
+        """Return the frame without the colours of what is hidden: those beside are there too."""
+        return replaced(self, colour=self.hidden.filled(self.colour))
 
     def shows(self, pixels: np.ndarray) -> np.ndarray:
         """
@@ -116,6 +125,10 @@ class ImageMask:
                              'let it be 255 where they show the surroundings')
         self._last: Hidden | None = None  # of images of the size seen last
 
+    def __reduce__(self) -> tuple[type[ImageMask], tuple[object, ...]]:
+        """Return how a copy is made, which computes anew what it hides of images of a size."""
+        return ImageMask, (self._image, self._roi_ratios, self._name)
+
     def applied(self, frame: RgbdFrame) -> RgbdFrame:
         """
         Return a frame of which the part is hidden: itself where that is nothing.
@@ -129,6 +142,13 @@ class ImageMask:
         depth.flags.writeable = False
         images = {known.name: getattr(frame, known.name) for known in _FIELDS}
         return MaskedFrame(**{**images, 'depth': depth}, hidden=hidden)
+
+    @property
+    def digest(self) -> str:
+        """A text that differs from that of any other mask."""
+        image = b'' if self._image is None else self._image.tobytes()
+        shape = () if self._image is None else self._image.shape
+        return hashlib.sha256(repr((shape, self._roi_ratios)).encode() + image).hexdigest()
 
     def _hidden(self, rows: int, columns: int) -> Hidden:
         """Return what is hidden of images of a size."""

@@ -23,13 +23,14 @@ def rectified(frame: RgbdFrame) -> RgbdFrame:
     Return the frame of a camera of the same focal lengths and centre without distortion.
 
     Colours are interpolated, depths taken from the nearest pixel; what the camera has not seen is
-    black and without depth.
+    black and without depth. The frame is no masked one, whose hidden part is another one here.
     """
     if not frame.camera.distortion:
         return frame
     u, v = _source_pixels(frame.camera)
-    return dataclasses.replace(
-        frame, camera=_without_distortion(frame.camera),
+    return RgbdFrame(
+        frame.stamp, camera=_without_distortion(frame.camera), depth_stamp=frame.depth_stamp,
+        imu=frame.imu,
         colour=cv2.remap(frame.colour, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT,
                          borderValue=(0, 0, 0)),
         depth=cv2.remap(frame.depth, u, v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT,

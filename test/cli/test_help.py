@@ -40,6 +40,7 @@ WORDS = {
     '--scratch-limit': 'most bytes that', '--fail-on-regression': 'exit with 3',
     '--live': 'running odom_node', '--namespace': 'of the node', '--remap': 'rule of remapping',
     '--save': 'write a file', '--web': 'to a browser', '--methods': 'methods to compare',
+    '--mask': 'hides a part',
     '--corridor': 'number of frames', '--jobs': 'number of methods', '--pairs': 'number of pairs',
     '--frames': 'number of frames', '--seed': 'seed of the', '--size': 'in pixels',
     '--perfect': 'without noise', '--storage': 'storage of the bag',

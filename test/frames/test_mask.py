@@ -3,7 +3,9 @@
 
 """What a mask hides is gone from depth, brightness and keypoints; the rest stays as it is."""
 
+import copy
 import dataclasses
+import pickle
 import time
 
 import cv2
@@ -76,6 +78,29 @@ def test_a_masked_frame_stays_so_with_other_images_or_another_stamp(replace):
     np.testing.assert_array_equal(bare.grey, masked.grey)
     pixels = np.indices((64, 48)).reshape(2, -1).T
     np.testing.assert_array_equal(moved.shows(pixels), masked.shows(pixels))
+
+
+@pytest.mark.parametrize('channels', [(3,), ()])
+def test_colours_of_what_is_hidden_can_be_removed(channels):
+    frame, mask = frame_of(channels=channels), ImageMask(MASK)
+    masked = mask.applied(frame)
+    plain = masked.without_colour()
+    colour = np.where(HIDDEN.reshape(48, 64, *len(channels) * (1,)), 7, frame.colour)
+    other = mask.applied(dataclasses.replace(frame, colour=colour.astype(np.uint8)))
+    np.testing.assert_array_equal(plain.colour, other.without_colour().colour)
+    np.testing.assert_array_equal(plain.colour[~HIDDEN], frame.colour[~HIDDEN])
+    np.testing.assert_array_equal(plain.grey, masked.grey)
+    np.testing.assert_array_equal(plain.depth, masked.depth)
+
+
+def test_a_copy_hides_the_same():
+    frame, mask = frame_of(), ImageMask(MASK, (0.1, 0.0, 0.0, 0.0), 'body')
+    expected = mask.applied(frame)
+    for copy_ in (pickle.loads(pickle.dumps(mask)), copy.deepcopy(mask)):
+        np.testing.assert_array_equal(copy_.applied(frame).depth, expected.depth)
+        assert copy_.digest == mask.digest
+    assert len({mask.digest, ImageMask(MASK).digest, ImageMask(np.flipud(MASK)).digest,
+                ImageMask(MASK.reshape(64, 48)).digest, ImageMask(None).digest}) == 5
 
 
 def test_a_masked_frame_is_masked_by_another_one_too():

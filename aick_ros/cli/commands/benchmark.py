@@ -58,11 +58,15 @@ Pairs = Annotated[int | None, typer.Option(
     '--pairs', metavar='N', min=1, show_default=False,
     help='Maximum number of pairs per gap and recording, evenly spaced. Default: all.')]
 
+Mask = Annotated[Path | None, typer.Option(
+    '--mask', metavar='FILE', show_default=False,
+    help='Image that hides a part of the images from all methods, as sensor.mask does from AICK.')]
+
 
 def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '1,2,3,5,8,10,15',
               json: options.JsonFile = None, plots: Plots = None, corridor: Corridor = 1000,
               jobs: Jobs = 1, time_limit: TimeLimit = 300.0, pairs: Pairs = None,
-              limit: options.Limit = None,
+              limit: options.Limit = None, mask: Mask = None,
               max_interval: options.MaxInterval = Request.max_interval,
               register_depth: options.RegisterDepth = False,
               depth_info_topic: options.DepthInfoTopic = None,
@@ -74,11 +78,11 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     After an interruption, the same command with --json FILE resumes the run.
     """
     chosen, numbers = methods_of(methods), options.gaps_from(gaps)
-    check_target(json, *sources)
+    check_target(json, *sources, mask)
     folder = None if plots is None else FigureFolder(plots)
     damage = DamageLog()
     recordings = _scan([Request(source, limit, max_interval, register_depth, depth_info_topic,
-                                depth_in_colour) for source in sources], damage)
+                                depth_in_colour, str(mask or '')) for source in sources], damage)
     installed = _installed(chosen)
     figures = paper_figures(None if folder is None else folder.vocabularies)
     plan = Plan(installed, recordings, numbers, pairs, [] if folder is None else variants(figures))

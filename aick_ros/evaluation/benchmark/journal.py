@@ -146,8 +146,8 @@ def begin(path: Path, recordings: Sequence[Recording]) -> Journal:
         whole = content[:content.rfind('\n') + 1]  # the last line may be incomplete
         if whole and whole.partition('\n')[0] != header:
             raise InputError(
-                f'{path} belongs to a run on other recordings, another machine or other versions: '
-                'delete it to start anew, or give another --json file')
+                f'{path} belongs to a run on other recordings or another machine, with another '
+                'mask or other versions: delete it to start anew, or give another --json file')
         if not whole or whole != content:
             path.write_text(whole or header + '\n', encoding='utf-8')
         return Journal(path)
@@ -161,8 +161,9 @@ def _header(recordings: Sequence[Recording]) -> dict[str, Any]:
 
 
 def _digest(recording: Recording) -> str:
-    """Return a text that differs where the stamps do, or how the recording is read."""
-    read = repr((recording.stamps, recording.request.options))
+    """Return a text that differs where the stamps do, or what methods see of the frames."""
+    mask = None if recording.mask is None else recording.mask.digest
+    read = repr((recording.stamps, recording.request.options, mask))
     return hashlib.sha256(read.encode()).hexdigest()[:16]
 
 

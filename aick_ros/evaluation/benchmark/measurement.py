@@ -116,7 +116,7 @@ class _Registration:
             if frame is None or frame.stamp != stamp:
                 raise InputError(f'the frames of {recording.name} have changed since the start of '
                                  'the benchmark: restore them, and run it again')
-            yield frame
+            yield recording.shown(frame)
 
     def _prepare(self, index: int, frame: RgbdFrame) -> Any:
         job = self._job

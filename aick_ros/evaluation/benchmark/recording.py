@@ -16,8 +16,11 @@ import numpy as np
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.frame_pairs import FramePair, countable_pairs, median_period
 from aick_ros.evaluation.scores.ground_truth import true_motion
+from aick_ros.frames.mask import ImageMask, MaskedFrame, mask_of
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.settings import SensorSettings
 from aick_ros.sources import OnDamaged, RgbdSource, SourceOptions, open_source
 
 
@@ -29,7 +32,8 @@ class Request:
     :param path: as :func:`aick_ros.sources.open_source` takes it.
     :param limit: maximum number of frames; None: all.
     :param max_interval: largest difference of the stamps of a colour and a depth image [s].
-    :param register_depth: as :class:`aick_ros.sources.SourceOptions` has it, and what follows.
+    :param register_depth: as :class:`aick_ros.sources.SourceOptions` has it, and the next two.
+    :param mask: as the parameter ``sensor.mask`` has it.
     """
 
     path: str
@@ -38,6 +42,7 @@ class Request:
     register_depth: bool = False
     depth_info_topic: str | None = None
     depth_in_colour: Sequence[float] | None = None
+    mask: str = ''
 
     @property
     def options(self) -> SourceOptions:
@@ -61,33 +66,43 @@ class Recording:
     A recording with ground truth whose stamps have been read.
 
     :param stamps: of all frames that can be used [ns].
+    :param mask: hides a part of the frames from all methods; None: they see all.
     """
 
     name: str
     request: Request
     stamps: tuple[int, ...]
     ground_truth: Trajectory
+    mask: ImageMask | None = None
 
     @classmethod
     def scan(cls, request: Request, on_progress: Callable[[int], None],
              on_damaged: OnDamaged) -> Recording:
         """
-        Read the stamps of a source.
+        Read the stamps of a source, and the mask.
 
-        :raises InputError: where it has no ground truth, or fewer than two frames.
+        :raises InputError: where it has no ground truth, or fewer than two frames, or where the
+            mask cannot be read or does not fit them.
         """
-        source = request.open()
+        source, mask = request.open(), mask_of(SensorSettings(mask=request.mask))
         if source.ground_truth is None:
             raise InputError(f'{source.name} has no ground truth, which a benchmark requires: '
                              'remove it from the command')
         stamps: list[int] = []
         for frame in islice(source.frames(on_damaged), request.limit):
+            if mask is not None and not stamps:
+                mask.applied(frame)
             stamps.append(frame.stamp)
             on_progress(len(stamps))
         if len(stamps) < 2:
             raise InputError(f'{source.name} has {len(stamps)} usable frames: at least 2 are '
                              'required')
-        return cls(source.name, request, tuple(stamps), source.ground_truth)
+        return cls(source.name, request, tuple(stamps), source.ground_truth, mask)
+
+    def shown(self, frame: RgbdFrame) -> RgbdFrame:
+        """Return a frame of the recording as all methods see it."""
+        masked = frame if self.mask is None else self.mask.applied(frame)
+        return masked.without_colour() if isinstance(masked, MaskedFrame) else masked
 
     @property
     def period(self) -> float:

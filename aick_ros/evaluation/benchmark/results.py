@@ -58,7 +58,7 @@ class Results:
 
     :param methods: name of the method -> name of the recording -> scores.
     :param settings: name of the method -> its settings, in words.
-    :param recordings: name -> numbers of frames and pairs.
+    :param recordings: name -> numbers of frames and pairs, and the mask.
     :param not_run: name of each method that could not be run -> the reason.
     """
 
@@ -97,4 +97,5 @@ def _score(lines: Sequence[PairLine]) -> PairScore:
 def _facts(recording: Recording, plan: Plan) -> dict[str, Any]:
     pairs = plan.pairs[recording.name]
     return {'frames': len(recording.stamps), 'period_ms': recording.period / 1e6,
+            'mask': recording.request.mask,
             'pairs': {str(gap): sum(pair.gap == gap for pair in pairs) for gap in plan.gaps}}

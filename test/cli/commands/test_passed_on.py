@@ -160,7 +160,8 @@ def test_a_fleet_starts_the_cluster_that_is_asked_for(aick, monkeypatch, flags, 
 @pytest.mark.parametrize('flags, request_, plan, time_limit, workers', [
     ([], {}, {'gaps': [1, 2, 3, 5, 8, 10, 15], 'most_pairs': None}, 300.0, 1),
     (['--limit', '9', '--max-interval', '0.07', '--gaps', '2,4', '--pairs', '6', '--time-limit',
-      '2.5', '--jobs', '2', *REGISTERED], {'limit': 9, 'max_interval': 0.07, **REGISTERED_OPTIONS},
+      '2.5', '--jobs', '2', '--mask', 'body.png', *REGISTERED],
+     {'limit': 9, 'max_interval': 0.07, 'mask': 'body.png', **REGISTERED_OPTIONS},
      {'gaps': [2, 4], 'most_pairs': 6}, 2.5, 2)])
 def test_a_benchmark_registers_what_is_asked_for(
         aick, monkeypatch, recording, flags, request_, plan, time_limit, workers):

@@ -14,6 +14,7 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.benchmark import journal as journal_module
 from aick_ros.evaluation.benchmark.journal import FrameLine, PairLine, begin, reserved
 from aick_ros.evaluation.scores.frame_pairs import FramePair
+from aick_ros.frames.mask import ImageMask
 
 
 @pytest.mark.parametrize(('lines', 'message'), [
@@ -103,10 +104,11 @@ def test_a_file_that_is_removed_meanwhile_is_named(recording, tmp_path):
 def test_a_run_on_another_machine_or_other_frames_is_another_run(recording, tmp_path, monkeypatch):
     path = tmp_path / 'x.partial'
     begin(path, [recording])
-    sentence = ('x.partial belongs to a run on other recordings, another machine or other '
-                'versions: delete it to start anew, or give another --json file$')
+    sentence = ('x.partial belongs to a run on other recordings or another machine, with another '
+                'mask or other versions: delete it to start anew, or give another --json file$')
     for others in ([], [recording, dataclasses.replace(recording, name='again')],
                    [dataclasses.replace(recording, stamps=recording.stamps[1:])],
+                   [dataclasses.replace(recording, mask=ImageMask(None, (0.1, 0, 0, 0)))],
                    [dataclasses.replace(recording, request=dataclasses.replace(
                        recording.request, register_depth=True))]):
         with pytest.raises(InputError, match=sentence):

@@ -5,12 +5,15 @@
 
 import dataclasses
 import json
+from itertools import islice
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.evaluation.baselines.registry import METHODS, make
 from aick_ros.evaluation.benchmark import recording as module
 from aick_ros.evaluation.benchmark.recording import Recording, Request
 from aick_ros.evaluation.scores.frame_pairs import FramePair
@@ -56,6 +59,47 @@ def test_the_error_is_that_of_the_motion_from_source_to_target(recording):
     translation, rotation = recording.error(pair, motion @ off)
     assert translation == pytest.approx(np.linalg.norm(off[:3, 3]))
     assert rotation == pytest.approx(0.02)
+
+
+@pytest.fixture
+def mask(tmp_path):
+    image = np.full((240, 320), 255, np.uint8)
+    image[150:, 100:260] = 0
+    cv2.imwrite(str(tmp_path / 'mask.png'), image)
+    return str(tmp_path / 'mask.png')
+
+
+@pytest.mark.parametrize('name', METHODS)
+def test_what_is_masked_makes_no_difference_to_any_method(recording, mask, name):
+    method = METHODS[name]
+    if method.missing:
+        pytest.skip(f'{name} is not installed')
+    masked = scan(dataclasses.replace(recording.request, mask=mask), 3)
+    frames = list(islice(recording.request.open().frames(raise_damage), 0, 3, 2))
+    rng, part = np.random.default_rng(1), np.s_[150:, 100:260]
+    body = rng.integers(0, 256, (90, 160, 3), np.uint8)
+    covered = []
+    for frame in frames:
+        colour, depth = frame.colour.copy(), frame.depth.copy()
+        colour[part], depth[part] = body, 0.6
+        covered.append(dataclasses.replace(frame, colour=colour, depth=depth))
+
+    def estimate(seen):
+        registering = make(method.factory, method.options)
+        target, source = map(registering.prepare, seen)
+        return registering.register(source, target).T_target_source
+    found, expected = (estimate(map(masked.shown, seen)) for seen in (covered, frames))
+    np.testing.assert_array_equal(found, expected)
+    assert not np.array_equal(estimate(frames), expected)
+
+
+def test_a_mask_that_cannot_be_used_is_said_before_the_run(recording, mask, tmp_path):
+    request = dataclasses.replace(recording.request, mask=str(tmp_path / 'none.png'))
+    with pytest.raises(InputError, match='none.png: No such file or directory; name a PNG file'):
+        scan(request, 2)
+    cv2.imwrite(mask, np.full((100, 100), 255, np.uint8))
+    with pytest.raises(InputError, match='has 100 x 100 pixels and the images 320 x 240'):
+        scan(dataclasses.replace(request, mask=mask), 2)
 
 
 def test_a_pair_without_truth_has_no_error(recording):

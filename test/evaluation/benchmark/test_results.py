@@ -78,5 +78,5 @@ def test_the_json_has_the_facts_of_recordings_and_machine(recording, aick, tmp_p
     assert content == {
         'methods': {}, 'settings': {}, 'not_run': {aick.name: 'no licence'}, 'threads': 1,
         'recordings': {'rendered': {'frames': 8, 'period_ms': pytest.approx(33.3, abs=0.1),
-                                    'pairs': {'1': 7, '3': 5}}},
+                                    'mask': '', 'pairs': {'1': 7, '3': 5}}},
         'machine': machine_facts()}
