@@ -16,7 +16,7 @@ class _Dataclass(Protocol):
 _Record = TypeVar('_Record', bound=_Dataclass)
 
 
-def replaced(record: _Record, **changes: Any) -> _Record:
+def replaced(record: _Record, /, **changes: Any) -> _Record:
     """
     Return a record with other values of some fields.
 

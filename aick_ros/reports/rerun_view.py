@@ -13,17 +13,13 @@ import rerun.blueprint as rrb
 
 from aick_ros.evaluation.scores.frame_record import FrameRecord, is_level
 from aick_ros.frames.keypoints import KeypointFrame
-from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.odometry import OdometryUpdate
 from aick_ros.registration.status import Status
-from aick_ros.reports.jpeg import to_jpeg
+from aick_ros.reports.shown_frame import DEPTH_STEP, MILLIMETRES, ShownFrame
 from aick_ros.reports.trail import UNTIL_NOW, Trail
 
-_DEPTH_STEP = 4  # of the pixels of the cloud; chosen: 19,000 points of a VGA image
-_MILLIMETRES = 1000.0
 _TRUTH, _EDGE, _KEYPOINT, _MATCH = (
     (140, 148, 160), (217, 130, 43), (57, 255, 106), (255, 214, 0))
 
@@ -49,23 +45,22 @@ class RerunView:
         stream.send_blueprint(_blueprint())
         stream.log('world', rr.ViewCoordinates.RDF, static=True)
 
-    def add(self, update: OdometryUpdate) -> None:
+    def add(self, frame: ShownFrame) -> None:
         """Log a frame with its images, keypoints and matches."""
-        self.add_record(FrameRecord.of(update))
-        frame = update.prepared.frame
+        self.add_record(frame.record)
         self._stream.log('world/camera/image', _pinhole(frame.camera, 1),
-                         rr.EncodedImage(contents=to_jpeg(frame.colour), media_type='image/jpeg'))
-        self._stream.log('world/camera/depth', _pinhole(frame.camera, _DEPTH_STEP),
-                         rr.DepthImage(_depth(frame), meter=_MILLIMETRES))
-        pixels = update.keypoints.pixels
+                         rr.EncodedImage(contents=frame.jpeg, media_type='image/jpeg'))
+        self._stream.log('world/camera/depth', _pinhole(frame.camera, DEPTH_STEP),
+                         rr.DepthImage(frame.depth, meter=MILLIMETRES))
+        pixels = frame.keypoints.pixels
         self._stream.log('world/camera/image/keypoints', rr.Points2D(
             pixels, colors=[_KEYPOINT], radii=[1.5]))
         lines = []
-        if update.reference is not None:
+        if frame.reference is not None:
             lines = [np.array(ends) for ends in zip(
-                pixels[update.matches[:, 0]], update.reference.pixels[update.matches[:, 1]])]
+                pixels[frame.matches[:, 0]], frame.reference.pixels[frame.matches[:, 1]])]
         self._stream.log('world/camera/image/matches', rr.LineStrips2D(lines, colors=[_MATCH]))
-        self._add_keyframe(update)
+        self._add_keyframe(frame)
 
     def add_record(self, record: FrameRecord) -> None:
         """Log what a frame has without its images."""
@@ -90,13 +85,13 @@ class RerunView:
             self._stream.log('world', rr.ViewCoordinates.FLU, static=True)
         self._is_begun |= record.status.ok
 
-    def _add_keyframe(self, update: OdometryUpdate) -> None:
+    def _add_keyframe(self, frame: ShownFrame) -> None:
         """Log the edge from the frame that this one was registered to."""
-        position = update.T_odom_camera[:3, 3].copy()
-        self._positions[update.keypoints] = position
-        if update.reference is None or update.reference not in self._positions:
+        position = frame.record.T_odom_camera[:3, 3].copy()
+        self._positions[frame.keypoints] = position
+        if frame.reference is None or frame.reference not in self._positions:
             return
-        keyframe = self._positions[update.reference]
+        keyframe = self._positions[frame.reference]
         self._stream.log('world/edges', rr.LineStrips3D([[keyframe, position]], colors=[_EDGE]))
         self._stream.log('world/keyframes', rr.Points3D([keyframe], colors=[_EDGE], radii=[0.01]))
 
@@ -123,14 +118,6 @@ def _pinhole(camera: Camera, step: int) -> rr.Pinhole:
         focal_length=[camera.fx / step, camera.fy / step],
         principal_point=[camera.cx / step, camera.cy / step],
         resolution=[camera.width // step, camera.height // step], image_plane_distance=0.15)
-
-
-def _depth(frame: RgbdFrame) -> np.ndarray:
-    """Return every fourth pixel of the depth image in millimetres, 0 where there is none."""
-    height, width = (size // _DEPTH_STEP * _DEPTH_STEP for size in frame.depth.shape)
-    depth = frame.depth[:height:_DEPTH_STEP, :width:_DEPTH_STEP]
-    millimetres = np.nan_to_num(_MILLIMETRES * depth, posinf=0)
-    return np.clip(millimetres, 0, np.iinfo(np.uint16).max).astype(np.uint16)
 
 
 def _blueprint() -> rrb.Blueprint:

@@ -129,14 +129,6 @@ def test_a_smaller_image_has_a_smaller_camera(step):
     assert pinhole.resolution.as_arrow_array().to_pylist()[0] == [642 // step, 484 // step]
 
 
-def test_depth_is_in_millimetres_and_nothing_is_zero():
-    from aick_ros.reports.rerun_view import _depth
-    depth = np.full((9, 10), 5.0, np.float32)
-    depth[0, 0], depth[0, 4], depth[4, 0], depth[4, 4] = 1.2345, np.nan, np.inf, 70.0
-    frame = RgbdFrame(1, np.zeros((9, 10), np.uint8), depth, Camera(10, 9, 9.0, 9.0, 5.0, 4.0))
-    np.testing.assert_array_equal(_depth(frame), [[1234, 0], [0, 65535]])
-
-
 class Keypoints:
     def __init__(self, pixels):
         self.pixels = np.array(pixels, np.float32)
@@ -146,14 +138,15 @@ class Keypoints:
 
 
 def update(record, keypoints, reference=None, matches=()):
-    """Return an update of the odometry: a record with its image, keypoints and matches."""
+    """Return what is shown of an update: a record with its image, keypoints and matches."""
+    from aick_ros.reports.shown_frame import ShownFrame
     camera = Camera(8, 8, 10.0, 12.0, 4.0, 3.0)
     colour = np.full((8, 8, 3), (200, 40, 90), np.uint8)
     frame = RgbdFrame(record.stamp, colour, np.full((8, 8), 1.5, np.float32), camera)
-    return SimpleNamespace(**{
-        **vars(record), 'T_odom_camera': record.T_odom_camera, 'keypoints': keypoints,
-        'reference': reference, 'matches': np.array(matches, int).reshape(-1, 2),
-        'prepared': SimpleNamespace(frame=frame)})
+    return ShownFrame.of(SimpleNamespace(**{
+        **vars(record), 'keypoints': keypoints, 'reference': reference,
+        'matches': np.array(matches, int).reshape(-1, 2),
+        'prepared': SimpleNamespace(frame=frame)}))
 
 
 def at(record, x):
@@ -169,7 +162,7 @@ def test_matches_lead_to_the_keypoints_of_the_keyframe_and_edges_to_its_place(st
     begun, moved = update(at(records[0], 1.0), first), update(
         at(records[0], 2.0), second, first, [(2, 0), (0, 1)])
     view.add(begun)
-    begun.T_odom_camera[0, 3] = 99.0  # in place, as its owner may
+    begun.record.T_odom_camera[0, 3] = 99.0  # in place, as its owner may
     view.add(moved)
     assert stream.rows('world/camera/image/matches', 'strips') == [
         (0.0, []), (1.0, [[[1, 1], [1, 2]], [[5, 6], [3, 4]]])]

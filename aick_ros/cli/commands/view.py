@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -28,6 +28,7 @@ from aick_ros.evaluation.runs import files
 from aick_ros.evaluation.runs.run import read_run, reject_demo
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.level_start import begun_level
 from aick_ros.ros.process.environment import check_middleware
 from aick_ros.settings import Settings
 from aick_ros.sources import RgbdSource, SourceOptions, open_source
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from rerun import RecordingStream
 
     from aick_ros.reports.rerun_view import RerunView
+    from aick_ros.reports.shown_frame import ShownFrame
     from aick_ros.ros.watcher import Watcher
 
 _MEMORY = 4_000_000_000  # [byte] of addresses; measured: 3.5 are used, with fewer rerun may abort
@@ -179,15 +181,24 @@ def _show_recording(recording: RgbdSource, limit: int | None, settings: Settings
 
 
 def _run(recording: RgbdSource, limit: int | None, settings: Settings, shown: RerunView) -> int:
-    """Run the odometry on a recording and show each frame."""
-    odometry, count = Odometry(settings), 0
+    """Run the odometry on a recording and show each frame, in the frame of ``aick replay``."""
+    count = 0
     with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as show:
-        for count, frame in enumerate(reading.frames(reading.damage), 1):
-            shown.add(odometry.register_frame(frame))
-            show(count)
+        odometry = Odometry(settings)
+        for count, frame in enumerate(begun_level(
+                odometry, settings.imu, _registered(reading, odometry, show)), 1):
+            shown.add(frame)
     if not count:
         raise InputError(f'{recording.name} has no usable frame')
     return outcome.of_reading(reading)
+
+
+def _registered(reading: Reading, odometry: Odometry,
+                show: Callable[[int], None]) -> Iterator[ShownFrame]:
+    from aick_ros.reports.shown_frame import ShownFrame
+    for count, frame in enumerate(reading.frames(reading.damage), 1):
+        yield ShownFrame.of(odometry.register_frame(frame))
+        show(count)
 
 
 def _view(stream: RecordingStream, ground_truth: Trajectory | None) -> RerunView:
