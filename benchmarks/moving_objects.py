@@ -26,7 +26,7 @@ from passing import RATE, errors_of, measured, room_of
 
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
-from aick_ros.sources.synthetic import SyntheticOptions, furniture, materials, prints
+from aick_ros.sources.synthetic import furniture, materials, prints
 from aick_ros.sources.synthetic.assembly import Assembly
 from aick_ros.sources.synthetic.renderer import Picture, Renderer
 
@@ -110,7 +110,8 @@ OBJECTS: dict[str, tuple[float, list[Motion]]] = {
     'two': (5.0, [lambda time: at(-2.5 + 1.2 * time, 1.7, turn=np.pi / 2),
                   lambda time: at(2.6 - time, 1.3, turn=-np.pi / 2)]),
     'cartons': (4.5, [lambda time: at(-1.9 + 0.85 * time, 1.5, turn=0.5 * time)]),
-    'poster': (5.0, [held])}
+    'poster': (5.0, [held]),
+    'nothing': (3.0, [])}
 """How long they move [s], and how, in axes of the floor below the camera or of the camera."""
 
 
@@ -121,10 +122,8 @@ class Scene:
         rng = np.random.default_rng([seed, 77])
         duration, self._motions = OBJECTS[name]
         self.count = BEFORE + round(duration * RATE) + AFTER
-        self.options = SyntheticOptions(seed=seed, frames=self.count, camera=CAMERA, rate=RATE)
-        source = room_of(self.options, is_held)
-        self.poses = source.ground_truth.poses
-        self._room = Renderer(source.scene.surfaces, CAMERA)
+        self._room, self._seed = room_of(seed), seed
+        self.poses = self._room.poses(self.count, is_held)
         view = self.poses[0]
         x, y, _ = view[:3, 2]
         self._origin = at(view[0, 3], view[1, 3], turn=np.arctan2(y, x) - np.pi / 2)
@@ -137,7 +136,7 @@ class Scene:
 
     def picture(self, index: int) -> Picture:
         """Return what the camera sees."""
-        room = self._room.render(self.poses[index])
+        room = self._room.picture(self.poses[index])
         colour, depth = room.colour.copy(), np.nan_to_num(room.depth, nan=np.inf)
         time = (index - BEFORE) / RATE
         for parts, motion in zip(self._objects, self._motions) if time >= 0.0 else ():
@@ -150,7 +149,7 @@ class Scene:
 
     def frames(self) -> Iterator[RgbdFrame]:
         """Return the frames, with the noise of the camera."""
-        return measured(map(self.picture, range(self.count)), self.options)
+        return measured(map(self.picture, range(self.count)), self._seed)
 
 
 def main() -> None:
@@ -166,9 +165,9 @@ def main() -> None:
     for name in options.objects:
         for seed in options.seeds:
             scene = Scene(name, seed, options.hand)
-            errors, ratios, lost = errors_of(scene.frames(), scene.poses)
-            print(f'| {name} | {seed} | {1e3 * errors.max():.1f} | {1e3 * errors[-1]:.1f} | '
-                  f'{ratios.max():.1f} | {lost} |', flush=True)
+            errors = errors_of(scene.frames(), scene.poses)
+            print(f'| {name} | {seed} | {errors.largest:.1f} | {errors.last:.1f} | '
+                  f'{errors.ratios.max():.1f} | {errors.lost} |', flush=True)
 
 
 if __name__ == '__main__':

@@ -16,7 +16,9 @@ and the frames that were lost.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Iterator
+import functools
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -27,7 +29,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.registration.status import Status
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource, prints
+from aick_ros.sources.synthetic import (
+    ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource, prints)
 from aick_ros.sources.synthetic.renderer import Picture, Renderer
 from aick_ros.sources.synthetic.surfaces import Rectangle
 
@@ -36,17 +39,32 @@ DISTANCE = 1.2  # m, from the camera to the board
 HEIGHT = 1.3  # m, more than the view has there
 BEFORE, AFTER = 20, 15  # frames that show no board
 SHARES = 0.2, 0.3, 0.4, 0.5  # of the width of the view
+FALSE = 0.01  # m; no noise moves the camera as far from one frame to the next
 
 
-class Rest:
-    """The path of a camera that rests where another one begins."""
+class Room:
+    """
+    A rendered room, and the path of a camera through it.
 
-    def __init__(self, source: SyntheticSource) -> None:
-        self._pose = source.ground_truth.poses[0]
+    What was rendered is kept: the recordings of a room have poses in common.
+    """
 
-    def pose(self, time: float) -> np.ndarray:
-        """Return ``T_world_camera`` at any time."""
-        return self._pose
+    def __init__(self, seed: int) -> None:
+        self._source = SyntheticSource(SyntheticOptions(seed=seed, frames=1, camera=CAMERA))
+        self._renderer = Renderer(self._source.scene.surfaces, CAMERA)
+        self._pictures: dict[bytes, Picture] = {}
+
+    def poses(self, count: int, is_held: bool) -> np.ndarray:
+        """Return those of a camera in a hand, or at rest where that begins, Nx4x4."""
+        stamps = [stamp_of(index if is_held else 0) for index in range(count)]
+        return np.array([self._source.pose(stamp) for stamp in stamps])
+
+    def picture(self, pose: np.ndarray) -> Picture:
+        """Return what the camera sees from a pose."""
+        key = pose.tobytes()
+        if key not in self._pictures:
+            self._pictures[key] = self._renderer.render(pose)
+        return self._pictures[key]
 
 
 class Passage:
@@ -62,15 +80,13 @@ class Passage:
         width = share * reach
         self._speed, self._first = speed, -reach / 2 - width - 0.05
         self.count = BEFORE + round((reach + width + 0.1) / speed * RATE) + AFTER
-        self.options = SyntheticOptions(seed=seed, frames=self.count, camera=CAMERA, rate=RATE)
-        source = room_of(self.options, is_held)
-        self.poses = source.ground_truth.poses
-        self._room = Renderer(source.scene.surfaces, CAMERA)
+        self._room, self._seed = room_of(seed), seed
+        self.poses = self._room.poses(self.count, is_held)
         self._board = Renderer([board(seed, width, self.poses[0])], CAMERA)
 
-    def picture(self, index: int, has_board: bool) -> Picture:
+    def picture(self, index: int, has_board: bool = True) -> Picture:
         """Return what the camera sees, with or without the board."""
-        seen = self._room.render(self.poses[index])
+        seen = self._room.picture(self.poses[index])
         if not has_board:
             return seen
         view, x = self.poses[0], self._first + self._speed * (index - BEFORE) / RATE
@@ -83,22 +99,26 @@ class Passage:
     def frames(self, has_board: bool) -> Iterator[RgbdFrame]:
         """Return the frames, with the noise of the camera."""
         return measured((self.picture(index, has_board) for index in range(self.count)),
-                        self.options)
+                        self._seed)
 
 
-def room_of(options: SyntheticOptions, is_held: bool) -> SyntheticSource:
-    """Return a room with a camera in a hand, or at rest where that begins."""
-    source = SyntheticSource(options)
-    return source if is_held else SyntheticSource(options, source.scene, Rest(source))
+@functools.lru_cache(maxsize=1)
+def room_of(seed: int) -> Room:
+    """Return the room of a seed."""
+    return Room(seed)
 
 
-def measured(pictures: Iterable[Picture], options: SyntheticOptions) -> Iterator[RgbdFrame]:
+def stamp_of(index: int) -> int:
+    """Return the stamp of a frame [ns]."""
+    return SyntheticOptions.start + round(index * NANOSECONDS / RATE)
+
+
+def measured(pictures: Iterable[Picture], seed: int | Sequence[int]) -> Iterator[RgbdFrame]:
     """Yield the frames of pictures, with the noise of the camera."""
-    rng = np.random.default_rng(options.seed)
+    rng, colour, depth = np.random.default_rng(seed), ColourSensor(), DepthSensor()
     for index, picture in enumerate(pictures):
-        yield RgbdFrame(options.start + round(index * NANOSECONDS / RATE),
-                        options.colour.measure(picture.colour, 1.0, rng),
-                        options.depth.measure(picture.depth, CAMERA, rng), CAMERA)
+        yield RgbdFrame(stamp_of(index), colour.measure(picture.colour, 1.0, rng),
+                        depth.measure(picture.depth, CAMERA, rng), CAMERA)
 
 
 def board(seed: int, width: float, view: np.ndarray) -> Rectangle:
@@ -108,28 +128,65 @@ def board(seed: int, width: float, view: np.ndarray) -> Rectangle:
                      picture)
 
 
-def errors_of(frames: Iterable[RgbdFrame],
-              poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return the errors [m], those in standard deviations, and how many frames were lost."""
+@dataclass(frozen=True)
+class Errors:
+    """
+    What the poses of a recording differ from the truth by.
+
+    :param positions: of the frames [m].
+    :param ratios: of the frames, in standard deviations that the odometry reports.
+    :param false: frames that were registered with a motion wrong by more than ``FALSE``.
+    :param lost: frames that were not registered.
+    """
+
+    positions: np.ndarray
+    ratios: np.ndarray
+    false: int
+    lost: int
+
+    @property
+    def largest(self) -> float:
+        """The largest error of a position [mm]."""
+        return float(1e3 * self.positions.max())
+
+    @property
+    def last(self) -> float:
+        """The error of the last position [mm]."""
+        return float(1e3 * self.positions[-1])
+
+
+def errors_of(frames: Iterable[RgbdFrame], poses: np.ndarray) -> Errors:
+    """Return the errors of the odometry on the frames of a camera with these poses, Nx4x4."""
     odometry, first = Odometry(), se3.inverse(poses[0])
-    errors, ratios, lost = [], [], 0
-    for frame, pose in zip(frames, poses):
+    errors, ratios, false, lost, before = [], [], 0, 0, None
+    for frame, pose in zip(frames, first @ poses):
         update = odometry.register_frame(frame)
-        lost += update.status not in (Status.OK, Status.FIRST_FRAME)
-        error = se3.difference(update.T_odom_camera, first @ pose)[:3]
+        is_lost = update.status not in (Status.OK, Status.FIRST_FRAME)
+        lost += is_lost
+        now = update.T_odom_camera, pose
+        if before is not None and not is_lost:
+            false += motion_error(before, now) > FALSE
+        before = now
         sigma = np.sqrt(np.trace(update.pose.covariance[:3, :3]))
-        errors.append(float(np.linalg.norm(error)))
+        errors.append(float(np.linalg.norm(se3.difference(*now)[:3])))
         ratios.append(errors[-1] / sigma if sigma > 0 else 0.0)
-    return np.array(errors), np.array(ratios), lost
+    return Errors(np.array(errors), np.array(ratios), false, lost)
+
+
+def motion_error(before: tuple[np.ndarray, np.ndarray],
+                 now: tuple[np.ndarray, np.ndarray]) -> float:
+    """Return the error of the motion [m] between two pairs of a pose, 4x4, and the true one."""
+    motion, true = (se3.inverse(start) @ end for start, end in zip(before, now))
+    return float(np.linalg.norm(se3.difference(motion, true)[:3]))
 
 
 def row(seed: int, share: float, speed: float, is_held: bool) -> str:
     """Return the row of a room and a board."""
     passage = Passage(seed, share, speed, is_held)
-    errors, ratios, lost = errors_of(passage.frames(has_board=True), passage.poses)
-    clear, _, _ = errors_of(passage.frames(has_board=False), passage.poses)
-    return (f'| {seed} | {share:.2f} | {1e3 * errors.max():.1f} | {1e3 * errors[-1]:.1f} | '
-            f'{1e3 * clear.max():.1f} | {ratios.max():.1f} | {lost} |')
+    errors = errors_of(passage.frames(has_board=True), passage.poses)
+    clear = errors_of(passage.frames(has_board=False), passage.poses)
+    return (f'| {seed} | {share:.2f} | {errors.largest:.1f} | {errors.last:.1f} | '
+            f'{clear.largest:.1f} | {errors.ratios.max():.1f} | {errors.lost} |')
 
 
 def main() -> None:
