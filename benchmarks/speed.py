@@ -27,13 +27,14 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from datetime import date
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from markdown_page import table
-from speed_ratios import Ratio, ratios, summary, worse
+from release_history import (
+    Figure, figures_of, last_release, record, release_line, summary, worse, write_json)
+from speed_ratios import LARGER_IS_BETTER, ratios
 
 from aick_ros.borders.threads import ONE_THREAD
 from aick_ros.evaluation.baselines.registry import METHODS
@@ -159,25 +160,18 @@ def _cell(milliseconds: Iterable[float]) -> str:
     return f'{median:.2f} ({slow:.2f})'
 
 
-def last_release(history: Sequence[Mapping[str, Any]], cpu: str) -> Mapping[str, Any] | None:
-    """Return the last entry of a history; of this processor, where it has any."""
-    same = [entry for entry in history if entry['machine']['cpu'] == cpu]
-    return (same or list(history) or [None])[-1]
-
-
-def report(measured: Measured, found: Mapping[str, Ratio], machine: Mapping[str, Any],
+def report(measured: Measured, found: Mapping[str, Figure], machine: Mapping[str, Any],
            then: Mapping[str, Any] | None) -> str:
     """Return the tables, and the release that is compared with."""
-    past = {} if then is None else then['ratios']
+    past = figures_of(then, 'ratios')
     rows = [('ratio', 'now', 'noise', 'release')]
     rows += [(name, f'{ratio.value:.3g}', f'{ratio.noise:.2g}',
-              f'{past[name]["value"]:.3g}' if name in past else '')
+              f'{past[name].value:.3g}' if name in past else '')
              for name, ratio in found.items()]
     lines = [', '.join(f'{name} {value}' for name, value in machine.items()), '',
              times_table(measured), '', table(rows)]
     if then is not None:
-        other = '' if then['machine']['cpu'] == machine['cpu'] else ', another processor'
-        lines.append(f'\nreleased: {then["release"]}, {then["date"]}{other}')
+        lines.append(f'\n{release_line(then, machine)}')
     return '\n'.join(lines)
 
 
@@ -203,29 +197,14 @@ def main() -> None:
         runs.append({**ratios(run.times), **(node_ratios(options.node) if options.node else {})})
         measured = run
     found, machine = summary(runs), machine_facts()
-    history = json.loads(HISTORY.read_text())
-    then = last_release(history, str(machine['cpu']))
+    then = last_release(json.loads(HISTORY.read_text()), str(machine['cpu']))
     print(report(measured, found, machine, then),
           file=sys.stderr if options.json == '-' else sys.stdout)
-    _write(options, found, machine, history)
-    losses = [] if then is None else worse(
-        found, {name: Ratio(**ratio) for name, ratio in then['ratios'].items()})
-    sys.exit('\n'.join(losses) or 0)
-
-
-def _write(options: argparse.Namespace, found: Mapping[str, Ratio], machine: Mapping[str, Any],
-           history: list[dict[str, Any]]) -> None:
-    """Write the JSON that was asked for, and the history."""
     if options.json:
-        text = json.dumps({'machine': machine, 'ratios': {
-            name: ratio.value for name, ratio in found.items()}}, indent=1)
-        print(text) if options.json == '-' else Path(options.json).write_text(f'{text}\n')
+        write_json(options.json, machine, 'ratios', found)
     if options.record:
-        history.append({'release': options.record, 'date': date.today().isoformat(),
-                        'machine': machine, 'ratios': {
-                            name: {'value': round(ratio.value, 4), 'noise': round(ratio.noise, 4)}
-                            for name, ratio in found.items()}})
-        HISTORY.write_text(f'{json.dumps(history, indent=1)}\n')
+        record(HISTORY, options.record, machine, 'ratios', found)
+    sys.exit('\n'.join(worse(found, figures_of(then, 'ratios'), LARGER_IS_BETTER)) or 0)
 
 
 if __name__ == '__main__':

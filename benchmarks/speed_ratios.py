@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Ratios of measured times, and what got worse since a release."""
+"""Ratios of measured times."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ SHARES: Mapping[str, Share] = {
 }
 """Name of a ratio -> what it is of; of the last three larger is better."""
 
-_LARGER_IS_BETTER = frozenset(name for name in SHARES if name.startswith('small_gicp_by'))
+LARGER_IS_BETTER = frozenset(name for name in SHARES if name.startswith('small_gicp_by'))
 
 
 def ratios(times: Times) -> dict[str, float]:
@@ -65,37 +65,3 @@ def ratios(times: Times) -> dict[str, float]:
             median, slow = np.percentile(times[name]['total'], (50, 99))
             found[f'{prefix}p99_by_median'] = float(slow / median)
     return found
-
-
-@dataclass(frozen=True)
-class Ratio:
-    """
-    A ratio over several runs.
-
-    :param value: median of the runs.
-    :param noise: largest less smallest of the runs.
-    """
-
-    value: float
-    noise: float
-
-    @classmethod
-    def of(cls, runs: Sequence[float]) -> Ratio:
-        """Return that of some runs."""
-        return cls(float(np.median(runs)), max(runs) - min(runs))
-
-
-def summary(runs: Sequence[Mapping[str, float]]) -> dict[str, Ratio]:
-    """Return each ratio over the runs."""
-    return {name: Ratio.of([run[name] for run in runs]) for name in runs[0]}
-
-
-def worse(now: Mapping[str, Ratio], then: Mapping[str, Ratio]) -> list[str]:
-    """Return the ratios that got worse by more than their noise, then and now, in words."""
-    found = []
-    for name in now.keys() & then.keys():
-        change = now[name].value - then[name].value
-        loss = -change if name in _LARGER_IS_BETTER else change
-        if loss > now[name].noise + then[name].noise:
-            found.append(f'{name} got worse: {then[name].value:.3g} -> {now[name].value:.3g}')
-    return sorted(found)

@@ -26,6 +26,11 @@ def speed_ratios(load):
     return load(FOLDER / 'speed_ratios.py')
 
 
+@pytest.fixture(scope='module')
+def release_history(load):
+    return load(FOLDER / 'release_history.py')
+
+
 def test_ratios_are_of_mean_times(speed_ratios):
     found = speed_ratios.ratios(TIMES)
     assert found['default_by_opencv_depth'] == pytest.approx(10.0 / 50.0)
@@ -38,8 +43,8 @@ def test_what_did_not_take_part_has_no_ratio(speed_ratios):
     assert not any('embedded' in name or 'pnp' in name for name in speed_ratios.ratios(TIMES))
 
 
-def test_the_noise_is_how_far_runs_are_apart(speed_ratios):
-    found = speed_ratios.summary([{'a': 0.2}, {'a': 0.5}, {'a': 0.3}])
+def test_the_noise_is_how_far_runs_are_apart(release_history):
+    found = release_history.summary([{'a': 0.2}, {'a': 0.5}, {'a': 0.3}])
     assert found['a'].value == 0.3
     assert found['a'].noise == pytest.approx(0.3)
 
@@ -51,15 +56,17 @@ def test_the_noise_is_how_far_runs_are_apart(speed_ratios):
     ('small_gicp_by_orb', 0.50, 0.40, True),  # here larger is better
     ('small_gicp_by_orb', 0.50, 0.60, False),
 ])
-def test_worse_is_what_the_noise_does_not_explain(speed_ratios, name, then, now, is_worse):
-    ratio = speed_ratios.Ratio
-    found = speed_ratios.worse({name: ratio(now, 0.03), 'new': ratio(1.0, 0.0)},
-                               {name: ratio(then, 0.02), 'gone': ratio(1.0, 0.0)})
+def test_worse_is_what_the_noise_does_not_explain(
+        speed_ratios, release_history, name, then, now, is_worse):
+    figure = release_history.Figure
+    found = release_history.worse({name: figure(now, 0.03), 'new': figure(1.0, 0.0)},
+                                  {name: figure(then, 0.02), 'gone': figure(1.0, 0.0)},
+                                  speed_ratios.LARGER_IS_BETTER)
     assert [line.split()[0] for line in found] == ([name] if is_worse else [])
 
 
-def test_a_release_is_compared_with_the_last_one_of_the_same_processor(load):
-    last_release = load(FOLDER / 'speed.py').last_release
+def test_a_release_is_compared_with_the_last_one_of_the_same_processor(release_history):
+    last_release = release_history.last_release
     history = [{'release': str(number), 'machine': {'cpu': cpu}}
                for number, cpu in enumerate(('a', 'b', 'a', 'b'))]
     assert last_release(history, 'a')['release'] == '2'
@@ -67,11 +74,13 @@ def test_a_release_is_compared_with_the_last_one_of_the_same_processor(load):
     assert last_release([], 'c') is None
 
 
-def test_the_history_can_be_compared_with(speed_ratios):
-    for entry in json.loads((FOLDER / 'speed_history.json').read_text()):
-        past = {name: speed_ratios.Ratio(**ratio) for name, ratio in entry['ratios'].items()}
-        assert 'default_by_opencv_depth' in past and entry['machine']['cpu']
-        assert not speed_ratios.worse(past, past)
+@pytest.mark.parametrize(('file', 'kind', 'name'), [
+    ('speed_history.json', 'ratios', 'default_by_opencv_depth')])
+def test_a_history_can_be_compared_with(release_history, file, kind, name):
+    for entry in json.loads((FOLDER / file).read_text()):
+        past = release_history.figures_of(entry, kind)
+        assert name in past and entry['machine']['cpu']
+        assert not release_history.worse(past, past)
 
 
 @pytest.mark.parametrize(('name', 'stages'), [
