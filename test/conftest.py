@@ -5,11 +5,13 @@
 
 import fcntl
 import gc
+import importlib.util
 import itertools
 import os
 import pickle
 import signal
 import socket
+import sys
 import tempfile
 import time
 from contextlib import contextmanager
@@ -120,6 +122,26 @@ def scenes_are_built_once():
 def room():
     """Return the function that gives the room of a seed."""
     return furnished_once
+
+
+@pytest.fixture(scope='session')
+def load():
+    """Return a function from the path of a script in benchmarks/, no package, to its module."""
+    def load_script(path: Path):
+        before = set(sys.modules)
+        sys.path.insert(0, str(path.parent))
+        try:
+            spec = importlib.util.spec_from_file_location(path.stem, path)
+            module = importlib.util.module_from_spec(spec)
+            sys.modules[path.stem] = module  # dataclasses look their module up
+            spec.loader.exec_module(module)
+        finally:
+            sys.path.remove(str(path.parent))
+            for name in set(sys.modules) - before:  # other scripts have neighbours of these names
+                if getattr(sys.modules[name], '__file__', None) == str(path.parent / f'{name}.py'):
+                    del sys.modules[name]
+        return module
+    return load_script
 
 
 @pytest.fixture

@@ -3,6 +3,8 @@
 
 """A camera at rest, and a board that passes before it with a large part of the keypoints."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -46,3 +48,12 @@ def test_it_does_not_carry_the_camera_with_it(seed):
     errors = [se3.difference(update.T_odom_camera, np.eye(4)) for update in updates]
     assert np.linalg.norm(np.array(errors)[:, :3], axis=1).max() < 0.02
     assert np.linalg.norm(np.array(errors)[:, 3:], axis=1).max() < np.radians(1.0)
+
+
+def test_it_stays_known_before_a_wall(load):
+    """Depth shows no motion along the wall, which is most of what half a view leaves of a room."""
+    passing = load(Path(__file__).parents[2] / 'benchmarks' / 'passing.py')
+    passage = passing.Passage(24, 0.5, 0.7, is_held=False)
+    seen = range(18, 90)  # until it would carry the camera along by a third of a metre
+    frames = passing.measured(map(passage.picture, seen), 24)
+    assert passing.errors_of(frames, passage.poses[seen.start:seen.stop]).largest < 100.0  # mm
