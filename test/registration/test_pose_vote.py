@@ -188,19 +188,22 @@ def test_the_misfit_of_depth_is_by_the_noise_of_a_plane_seen_aslant(z, share):
     assert found == pytest.approx(min(share ** 2, 1.0), rel=0.12)
 
 
-def test_blocks_count_their_own_votes(monkeypatch):
-    """By a loop over the cells: every second usable one votes, in blocks of six by six."""
-    rng, width, height = np.random.default_rng(0), 40, 33  # no multiples of six
+@pytest.mark.parametrize('camera, side', [
+    (CAMERA, 6), (Camera(320, 240, 262.5, 262.5, 159.5, 119.5), 12)])
+def test_blocks_count_their_own_votes(monkeypatch, camera, side):
+    """By a loop over the cells: every second usable one votes, in blocks of 24 by 24 pixels."""
+    rng = np.random.default_rng(0)
+    width, height = np.multiply((40, 33), side) // 6  # no multiples of a block's side
     usable = rng.random(width * height) < 0.9
     row, column = np.divmod(np.arange(width * height), width)
-    usable &= (row >= 12) | (column < 18) | (rng.random(width * height) < 0.3)
+    usable &= (row >= 2 * side) | (column < 3 * side) | (rng.random(width * height) < 0.3)
     surface = SimpleNamespace(grid=SimpleNamespace(width=width, height=height), usable=usable,
                               points=np.ones((width * height, 3), np.float32))
     frame = SimpleNamespace(surface=surface, grey=np.zeros((480, 640), np.uint8),
-                            frame=SimpleNamespace(camera=CAMERA))
+                            frame=SimpleNamespace(camera=camera))
     cells = np.flatnonzero(usable)[::2]
     # in each block another share of the votes
-    blocks = list(zip((row[cells] // 6).tolist(), (column[cells] // 6).tolist()))
+    blocks = list(zip((row[cells] // side).tolist(), (column[cells] // side).tolist()))
     shares = {block: rng.choice([0.0, 0.02, 0.12, 0.3, 0.8], 2) / 1.25 for block in set(blocks)}
     draws = rng.random(len(cells))
     lead = np.array([0.51 if draw < shares[block][0] else -0.51 if draw > 1 - shares[block][1]
@@ -220,7 +223,8 @@ def test_blocks_count_their_own_votes(monkeypatch):
     for block, first, second in zip(blocks, *kept):
         if np.isfinite(first) and np.isfinite(second):
             counts[block] += 1, second - first > 0.5, first - second > 0.5
-    full = [(one, other, count) for count, one, other in counts.values() if count >= 5.4]
+    full = [(one, other, count) for count, one, other in counts.values()
+            if count >= 0.15 * side ** 2]
     first, second = (sum(bool(a > 2 * b and a > 0.1 * n) for a, b, n in votes) for votes in (
         full, [(b, a, n) for a, b, n in full]))
     assert (vote.first, vote.second) == (first / len(full), second / len(full))
