@@ -25,7 +25,8 @@ ifneq ($(RECORDINGS),)
 export AICK_DATA ?= $(abspath $(RECORDINGS))
 endif
 
-.PHONY: help setup run test test-oldest test-newest lint fuzz mutation bench baselines pcl clean
+.PHONY: help setup run test test-oldest test-newest lint fuzz mutation bench movers baselines \
+    pcl clean
 
 help:
 	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
@@ -41,6 +42,9 @@ help:
 	@echo '                      tests notice (ARGS="--mutants 30 --seed 0 --folder geometry")'
 	@echo 'make bench            time a frame beside other methods, and name what got slower since the'
 	@echo '                      last release (ARGS="--record RELEASE" adds this one)'
+	@echo 'make movers           measure errors while objects move through the view, and name what got'
+	@echo '                      worse since the last release (ARGS="--runs 3 --record RELEASE" adds'
+	@echo '                      this one)'
 	@echo 'make setup            make .venv, which run, test and lint do by themselves'
 	@echo '                      (PYTHON=python3.12 chooses the interpreter, 3.11 or newer)'
 	@echo 'make baselines        install the other methods of aick benchmark, too (1 GB)'
@@ -83,6 +87,9 @@ mutation: setup
 
 bench: setup
 	$(BIN)/python benchmarks/speed.py $(ARGS)
+
+movers: setup
+	$(BIN)/python benchmarks/movers.py $(ARGS)
 
 baselines: setup
 	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \

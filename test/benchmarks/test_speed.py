@@ -75,7 +75,8 @@ def test_a_release_is_compared_with_the_last_one_of_the_same_processor(release_h
 
 
 @pytest.mark.parametrize(('file', 'kind', 'name'), [
-    ('speed_history.json', 'ratios', 'default_by_opencv_depth')])
+    ('speed_history.json', 'ratios', 'default_by_opencv_depth'),
+    ('movers_history.json', 'errors', 'poster, camera in a hand, room 3: error [mm]')])
 def test_a_history_can_be_compared_with(release_history, file, kind, name):
     for entry in json.loads((FOLDER / file).read_text()):
         past = release_history.figures_of(entry, kind)
