@@ -9,9 +9,9 @@ People and things that move between a camera and a rendered room.
 A person walks past 1.6 m away (``cross``) or comes as near as a metre (``near``), two of them pass
 each other (``two``), two stacks of cartons turn as they are pushed past (``cartons``), or a poster
 is held and moved in front of the camera (``poster``): up to 40 % of the view and more than half of
-the keypoints. The camera (320x240, 30 Hz, a Kinect's noise) is at rest, or in a hand with
-``--hand``. Printed are the largest error of the pose, that at the end, the largest one in standard
-deviations that the odometry reports, and the frames that were lost.
+the keypoints. Or nothing moves (``nothing``). The camera (320x240, 30 Hz, a Kinect's noise) is at
+rest, or in a hand with ``--hand``. Printed are the largest error of the pose, that at the end, the
+largest one in standard deviations that the odometry reports, and the frames that were lost.
 """
 
 from __future__ import annotations
