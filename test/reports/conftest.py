@@ -46,6 +46,12 @@ def rows_of(path):
 
 
 @pytest.fixture
+def undrawn(monkeypatch):
+    """Let pictures of pages be empty: to draw them takes most of the time of a page."""
+    monkeypatch.setattr('aick_ros.reports.canvas.to_svg', lambda figure: '<svg></svg>')
+
+
+@pytest.fixture
 def stream(tmp_path):
     """Return a stream of Rerun to a file, which is read with its ``rows`` once it has all."""
     import rerun

@@ -27,18 +27,20 @@ FIGURES = {'4': {'title': 'Farther apart', 'axis': 'gap', 'curves': CURVES}}
 
 @pytest.fixture
 def drawn(monkeypatch, tmp_path):
-    """Return a function that draws figures and returns them with the files."""
-    def draw(figures, recordings):
+    """Return a function that draws figures and returns them with the files, written if asked."""
+    write = benchmark_plots.canvas.write_png
+
+    def draw(figures, recordings, is_written=False):
         kept = []
-        write = benchmark_plots.canvas.write_png
         monkeypatch.setattr(benchmark_plots.canvas, 'write_png',
-                            lambda figure, path: (kept.append(figure), write(figure, path)))
+                            lambda figure, path: (kept.append(figure),
+                                                  is_written and write(figure, path)))
         return kept, write_figures(figures, recordings, tmp_path)
     return draw
 
 
 def test_each_recording_has_a_panel_with_its_own_time(drawn):
-    (figure,), (path,) = drawn(FIGURES, RECORDINGS)
+    (figure,), (path,) = drawn(FIGURES, RECORDINGS, is_written=True)
     room, hall = figure.axes
     assert [axes.get_title(loc='left') for axes in (room, hall)] == ['room', 'hall']
     assert room.get_xlabel() == 'time between the frames [ms]'
@@ -128,6 +130,7 @@ def test_a_curve_without_points_is_a_name_in_the_legend(drawn):
     """Of a recording without consecutive frames there is none over the threshold."""
     curve = {'label': 'AICK', 'recordings': {'room': {'x': [], 'success_ratio': []}}}
     (figure,), _ = drawn({'3': {'title': 'Near', 'axis': 'threshold_m',
-                                'curves': {'aick': curve}}}, {'room': RECORDINGS['room']})
+                                'curves': {'aick': curve}}}, {'room': RECORDINGS['room']},
+                         is_written=True)
     assert len(figure.axes[0].lines[0].get_xdata()) == 0
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ['AICK']

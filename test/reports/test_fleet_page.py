@@ -36,6 +36,7 @@ def tables(page):
             for table in re.findall(r'<table.*?</table>', page, re.DOTALL)]
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_tiles_count_runs_and_different_recordings():
     page = fleet_page(ROWS)
     tiles = dict((label, value) for value, label in re.findall(
@@ -44,6 +45,7 @@ def test_tiles_count_runs_and_different_recordings():
                      'hours recorded': '1.50'}
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_settings_have_means_over_their_own_runs():
     settings = tables(fleet_page(ROWS))[0]
     columns = dict(zip(settings[0], zip(*settings[1:])))
@@ -61,6 +63,7 @@ def test_settings_have_means_over_their_own_runs():
     ('consistency.inside_95', 0.91234, 'inside 95 % [%]', '91.2'),
     ('timing_ms.total.p50', 23.456, 'median time [ms]', '23.5'),
     ('peak_memory_mb', 345.6, 'peak memory [MB]', '346')])
+@pytest.mark.usefixtures('undrawn')
 def test_scores_are_in_the_unit_of_their_head(column, value, head, text):
     for table in tables(fleet_page([done('a', 'fast', 1.0, **{column: value})])):
         assert dict(zip(table[0], table[1]))[head] == text
@@ -78,6 +81,7 @@ def test_tables_are_in_sections_and_can_be_sorted():
         ['source', 'settings', 'cause']]
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_each_run_and_each_failure_has_a_row():
     _, runs, failures = tables(fleet_page(ROWS))
     assert [row[:4] for row in runs[1:]] == [
@@ -128,6 +132,7 @@ def test_curves_rise_by_a_share_at_each_error(drawn):
 
 
 @pytest.mark.parametrize('count, has_legend', [(1, False), (2, True), (10, True), (11, False)])
+@pytest.mark.usefixtures('undrawn')
 def test_a_legend_has_the_beginnings_of_the_settings(drawn, count, has_legend):
     names = [f'{i}' + 60 * 'x' for i in range(count)]
     figure = drawn([done('a', name, 0.01 * (i + 1)) for i, name in enumerate(names)])
@@ -142,6 +147,7 @@ def test_an_error_of_zero_is_drawn_on_a_logarithmic_axis(drawn):
 
 @pytest.mark.parametrize('errors', [(6.7, 12.6), (0.78, 1.89), (8.0,), (5.1, 19.9), (3.0, 28.0),
                                     (1.0, 900.0)])
+@pytest.mark.usefixtures('undrawn')
 def test_an_axis_of_any_width_has_numbers_to_read_it_by(drawn, errors):
     figure = drawn([done(str(i), 'fast', error / 1e3) for i, error in enumerate(errors)])
     figure.draw_without_rendering()

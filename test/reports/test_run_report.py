@@ -74,6 +74,7 @@ def test_has_the_figures_and_needs_nothing_else(summary, records, ground_truth):
     assert 'not complete' not in page
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_lists_lost_frames_and_changed_settings(summary, records, ground_truth):
     page = Page(report(summary, records, ground_truth, STARTED))
     assert '3 of 90: 3 x too few matches' in page
@@ -83,6 +84,7 @@ def test_lists_lost_frames_and_changed_settings(summary, records, ground_truth):
     assert 'odometry.max_speed' not in page
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_says_why_a_run_is_not_complete(summary, records):
     torn = dataclasses.replace(summary, ended='the bag ends in a torn message')
     page = Page(report(torn, records, None, STARTED))
@@ -90,6 +92,7 @@ def test_says_why_a_run_is_not_complete(summary, records):
     assert page.pictures == 3
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_every_stage_has_its_time(summary, records):
     timing = {'features': 4.0, 'refinement': 3.25, 'total': 7.25}
     records = [dataclasses.replace(record, timing=timing) for record in records]
@@ -138,6 +141,7 @@ def sections(text):
             for head, below in zip(parts[1::2], parts[2::2])}
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_sections_are_in_order_with_or_without_truth_and_losses(summary, records, ground_truth):
     found = sections(report(summary, records, ground_truth, STARTED))
     assert list(found) == [
@@ -163,12 +167,12 @@ def test_a_tile_has_each_figure_in_the_unit_of_its_label(summary):
                      ('RPE over 1 s', '1.23 cm'), ('RPE over 1 s', '1.23°')]
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_pictures_are_of_this_run(monkeypatch, summary, records, ground_truth):
     asked = {}
     for name in ('path_figure', 'error_figure', 'tracking_figure', 'timing_figure'):
         monkeypatch.setattr(run_report, name,
                             lambda *given, name=name: asked.update({name: given}))
-    monkeypatch.setattr(run_report.canvas, 'to_svg', lambda figure: '<svg></svg>')
     report(summary, records, ground_truth, STARTED)
     estimate, truth, lost = asked['path_figure']
     np.testing.assert_array_equal(estimate.poses, trajectory_of(records).poses)
@@ -179,6 +183,7 @@ def test_pictures_are_of_this_run(monkeypatch, summary, records, ground_truth):
     assert asked['tracking_figure'] == asked['timing_figure'] == (records,)
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_without_truth_the_camera_looks_along_x(monkeypatch, summary, records):
     """Forward is z of the camera, left is against its x, up against its y."""
     drawn = []
@@ -191,6 +196,7 @@ def test_without_truth_the_camera_looks_along_x(monkeypatch, summary, records):
     assert lost.sum() == 3
 
 
+@pytest.mark.usefixtures('undrawn')
 def test_a_level_path_is_drawn_as_it_is(monkeypatch, summary, level_records):
     """Its axes are those of the plot already, however the camera was held."""
     drawn = []
