@@ -9,6 +9,7 @@ import pytest
 
 from aick_ros.cli import main
 from aick_ros.geometry.camera import Camera
+from aick_ros.reports import canvas
 from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -44,6 +45,14 @@ def aick(capfd, tmp_path, monkeypatch):
         return Outcome(end.value.code, *capfd.readouterr())
 
     return run
+
+
+@pytest.fixture(autouse=True)
+def draw(monkeypatch):
+    """Let pictures of reports be empty, to draw which takes a second; return what draws them."""
+    drawn = canvas.to_svg
+    monkeypatch.setattr(canvas, 'to_svg', lambda figure: '<svg></svg>')
+    return drawn
 
 
 class InMemory:

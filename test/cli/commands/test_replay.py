@@ -34,6 +34,7 @@ from aick_ros.geometry.trajectory import read_trajectory, stamp_to_seconds
 from aick_ros.odometry import Odometry
 from aick_ros.registration.stage_times import STAGES
 from aick_ros.registration.status import Status
+from aick_ros.reports import canvas
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values
 from aick_ros.settings.presets import preset
@@ -86,9 +87,10 @@ def replayed():
 
 
 @pytest.fixture
-def paper_fast(replay, recording, replayed):
-    """Return outcome and folder of a replay of the whole recording."""
+def paper_fast(replay, recording, replayed, draw, monkeypatch):
+    """Return outcome and folder of a replay of the whole recording, its report with pictures."""
     if not replayed:
+        monkeypatch.setattr(canvas, 'to_svg', draw)
         replayed.extend(replay(recording, '--preset', 'paper-fast'))
         replayed[1] = replayed[1].resolve()
     return replayed
@@ -99,6 +101,7 @@ def test_files_have_the_values_of_the_odometry(paper_fast, recording, updates):
     assert outcome.code == 0
     assert outcome.err == ''
     assert_whole(run, len(updates))
+    assert '<path' in (run / 'report.html').read_text()
     np.testing.assert_allclose(read_trajectory(run / 'ground_truth.tum').poses,
                                recording.ground_truth.poses, atol=2e-9)
     path = read_trajectory(run / 'trajectory.tum')
