@@ -85,9 +85,19 @@ def pytest_make_collect_report(collector):
 
 
 def pytest_collection_modifyitems(items):
-    """Put the longest files first: at the end no process works while the others have finished."""
+    """
+    Put the longest files first: at the end no process works while the others have finished.
+
+    Those of the node, which wait more than they compute, are evenly among the others.
+    """
     order = {name: rank for rank, name in enumerate(LONGEST_FIRST)}
-    items.sort(key=lambda item: (order.get(item.path.name, len(order)), item.path))
+    files = sorted({item.path for item in items},
+                   key=lambda path: (order.get(path.name, len(order)), path))
+    of_node = [path for path in files if ROOT / 'test' / 'ros' in path.parents]
+    others = [path for path in files if path not in of_node]
+    place = {path: number / len(part) for part in (of_node, others)
+             for number, path in enumerate(part)}
+    items.sort(key=lambda item: (place[item.path], item.path))
 
 
 def built_once(build):
