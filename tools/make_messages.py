@@ -311,8 +311,12 @@ def _in_package(file: Path) -> Path:
 
 
 def _sources(folder: Path) -> Iterator[Path]:
+    """Yield the C files of a folder, and a C++ file that is all of them: headers are read once."""
     yield from folder.rglob('*.c')
-    yield from folder.rglob('*.cpp')
+    if parts := sorted(folder.rglob('*.cpp')):
+        whole = folder / 'whole.cpp'
+        whole.write_text(''.join(f'#include "{part}"\n' for part in parts))
+        yield whole
 
 
 def _library(name: str) -> str:
