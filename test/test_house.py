@@ -4,6 +4,7 @@
 """Imports run one way, never in a circle; folders are few, functions short."""
 
 import ast
+import functools
 import graphlib
 import sys
 from pathlib import Path
@@ -39,13 +40,14 @@ CORE = ('errors kernels borders geometry settings features frames messages regis
         'odometry').split()
 
 
+@functools.cache
 def imported(path):
     """Return the full names that a file imports, anywhere in it."""
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            yield from (f'{node.module}.{alias.name}' for alias in node.names)
+    nodes = [*ast.walk(ast.parse(path.read_text()))]
+    return [*(alias.name for node in nodes if isinstance(node, ast.Import)
+              for alias in node.names),
+            *(f'{node.module}.{alias.name}' for node in nodes if isinstance(node, ast.ImportFrom)
+              for alias in node.names)]
 
 
 def room_of(path):
