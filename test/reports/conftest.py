@@ -18,6 +18,7 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry.inertial.level import level_orientation
 from aick_ros.registration.status import Status
+from aick_ros.reports import canvas
 from aick_ros.settings.presets import preset
 
 T_WORLD_ODOM = se3.exp([0.5, 2.0, -1.0, 0.4, 1.0, -0.3])
@@ -48,7 +49,7 @@ def rows_of(path):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Let pictures of pages be empty: to draw them takes most of the time of a page."""
-    monkeypatch.setattr('aick_ros.reports.canvas.to_svg', lambda figure: '<svg></svg>')
+    monkeypatch.setattr(canvas, 'to_svg', lambda figure: '<svg></svg>')
 
 
 @pytest.fixture
