@@ -26,7 +26,8 @@ class ImuSamples:
     :param turn_rates: Nx3 float64, by the gyroscope [rad/s]; NaN where it has not measured.
     :param accelerations: Nx3 float64, specific force by the accelerometer: at rest it points up
         and has the length of gravity [m/s^2]; NaN where it has not measured.
-    :param position: of the IMU in the camera, 3 float64 [m].
+    :param position: of the IMU in the camera, 3 float64 [m]; zero: at the camera, as far as it is
+        known.
     :raises InputError: where the arrays do not fit each other.
     """
 

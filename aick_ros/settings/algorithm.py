@@ -274,6 +274,10 @@ class ImuSettings(Checked):
     accelerometer_bias_sigma: float = parameter(
         0.7, 'Standard deviation of the bias of the accelerometer at the start.', unit='m/s^2',
         minimum=0.0, maximum=10.0)
+    position_sigma: float = parameter(
+        0.1, 'Standard deviation of the position of the accelerometer in the camera, along each '
+        'axis, where its transform has no translation; it is estimated then. 0: it is at the '
+        'camera.', unit='m', minimum=0.0, maximum=10.0)
     time_offset: float = parameter(
         0.0, 'Time added to the stamps of the images to get those of the IMU.', unit='s',
         minimum=-0.5, maximum=0.5)

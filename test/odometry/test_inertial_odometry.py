@@ -4,6 +4,7 @@
 """A rendered camera with an IMU: small errors, rotation through darkness, a level frame."""
 
 import dataclasses
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from aick_ros.registration.preparation import Preparer
 from aick_ros.registration.result import Registration
 from aick_ros.registration.status import Status
 from aick_ros.settings import ImuSettings, Settings
+from aick_ros.sources import open_source
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.imu import IMU_MODELS, ImuModel, SensorNoise, imu_samples
 
@@ -283,3 +285,14 @@ def test_tilts_err_as_their_covariances_say(rendered, updates):
         tilt = se3.rotation_between(up, np.array([0.0, 0.0, 1.0]))[:2]
         squared = tilt @ np.linalg.solve(pose.covariance[3:5, 3:5], tilt)
         assert squared < 9.2  # noise exceeds it in one of a hundred
+
+
+def test_the_accelerometer_of_a_kinect_is_found_beside_its_colour_camera(tum_folder):
+    """Its images are stamped when they arrive, some 20 ms late."""
+    odometry, recording = Odometry(), open_source(tum_folder('freiburg1_rpy_100'))
+    for frame in islice(recording.frames(), 60):
+        odometry.register_frame(frame)
+    known = odometry.gravity._filter
+    assert -0.15 < known.lever_arm[0] < -0.06
+    assert np.abs(known.lever_arm[1:]).max() < 0.06
+    assert -0.04 < known.time_offset < -0.005

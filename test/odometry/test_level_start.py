@@ -154,7 +154,7 @@ def test_poses_are_held_back(settings, sigmas, end):
     assert shown(odometry, settings) == [
         (max(end, index + 1), index, 'turn' if index < end else None)
         for index in range(len(sigmas))]
-    assert odometry.asked == [0.0175]
+    assert odometry.asked == [0.026]
 
 
 def test_what_is_known_well_enough_turns_the_start():

@@ -83,7 +83,7 @@ perturbed_pose d:4,4 d:6 d>4,4
 point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 %f d:2,6 %f %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
  %v %h d:4 d:2 d:3 %f %f %f %f d>n d>n,6 d>n d>n,3 d>n,3 q>n d>2,6,6
 pose_difference d:4,4 d:4,4 d>6
-predict_gravity d:12 d:12,12 %f d:3 d:3 d:3,3 d:3,3 d:3,3 %f %f d>12 d>12,12
+predict_gravity d:16 d:16,16 %f d:3 d:3 d:3,3 d:3,3 d:3 d:3 d:3,3 %f %f d>16 d>16,16
 project d:n,3 d:28 d>n,2
 propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
 relative_pose d:4,4 d:6,6 d:4,4 d:6,6 %f d>4,4 d>6,6

@@ -14,6 +14,7 @@ from aick_ros.geometry.stamps import NANOSECONDS, seconds
 
 _MEMORY = 2 * NANOSECONDS  # chosen: frames are rarely farther apart
 _LONGEST_GAP = NANOSECONDS // 20  # chosen: a hand accelerates by some m/s^2 meanwhile
+_STEP = NANOSECONDS // 100  # chosen: of the stamps for derivatives, as long as the offsets are
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +27,8 @@ class Impulse:
     :param position: its double integral, 3 [m].
     :param velocity_by_bias: derivative of the velocity by a force in the axes of the body, 3x3.
     :param position_by_bias: derivative of the position, 3x3.
+    :param velocity_by_offset: derivative of the velocity by the stamps of the forces, 3 [m/s^2].
+    :param position_by_offset: derivative of the position, 3 [m/s].
     """
 
     duration: float
@@ -33,6 +36,8 @@ class Impulse:
     position: np.ndarray
     velocity_by_bias: np.ndarray
     position_by_bias: np.ndarray
+    velocity_by_offset: np.ndarray
+    position_by_offset: np.ndarray
 
 
 class ForceIntegral:
@@ -76,14 +81,24 @@ class ForceIntegral:
         :param first: orientation of the body in the fixed frame at the start, 3x3.
         :param last: at the end. In between it turns evenly.
         """
-        # with the sample at or before the start, and the one at or after the end
-        index = slice(max(self._stamps.searchsorted(start, 'right') - 1, 0),
-                      self._stamps.searchsorted(end) + 1)
-        known = self._stamps[index]
+        known = self._stamps[self._around(start, end)]
         if (not len(known) or known[0] > start + _LONGEST_GAP or known[-1] < end - _LONGEST_GAP
                 or (known[1:] - known[:-1]).max(initial=0) > _LONGEST_GAP):
             return None
-        once, twice = sums = np.empty((2, 12))  # of the force, then of the rotation
-        kernels.integrate_forces(known, self._forces[index], start, end, first, last, sums)
+        once, twice = self._sums(start, end, first, last)
+        earlier = self._sums(start - _STEP, end - _STEP, first, last)[:, :3]
+        by_offset = (np.stack([once[:3], twice[:3]]) - earlier) / seconds(0, _STEP)
         return Impulse(seconds(start, end), once[:3], twice[:3], once[3:].reshape(3, 3),
-                       twice[3:].reshape(3, 3))
+                       twice[3:].reshape(3, 3), *by_offset)
+
+    def _sums(self, start: int, end: int, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """Return the integral, and the double one, of force and rotation, 2x12."""
+        index, sums = self._around(start, end), np.empty((2, 12))
+        kernels.integrate_forces(self._stamps[index], self._forces[index], start, end, first, last,
+                                 sums)
+        return sums
+
+    def _around(self, start: int, end: int) -> slice:
+        """Return the samples between two stamps, the one before and the one after."""
+        return slice(max(self._stamps.searchsorted(start, 'right') - 1, 0),
+                     self._stamps.searchsorted(end) + 1)

@@ -38,6 +38,12 @@ _WRONG, _RIGHT = 0.2, 0.05
 
 Chosen: turned by 30 deg a third disagrees, and on two excerpts of real recordings 0.04."""
 
+_OFFSET_SIGMA = 0.03
+"""Standard deviation of the time offset of an accelerometer without a gyroscope [s].
+
+Measured on a Kinect, whose images are stamped on arrival: -0.02 and -0.03 s. On rendered rooms
+without an offset gravity is known as early with it as with a sixth of it."""
+
 _RETRIED = 90  # frames; chosen: a filter that is right settles meanwhile
 
 
@@ -57,6 +63,7 @@ class Gravity:
         self._samples = SampleCheck('accelerometer', 'm/s^2', _LARGEST_FORCE)
         self._forces = ForceIntegral()
         self._T_camera_imu = np.eye(4)  # in the axes of the camera
+        self._has_gyroscope = False
         self._filter: GravityFilter | None = None
         self._offset = 0
         self.reset()
@@ -65,9 +72,9 @@ class Gravity:
         """
         Continue with other settings; what was learned is kept.
 
-        With another bias at the start it begins anew.
+        With others that count at the start alone it begins anew.
         """
-        if settings.accelerometer_bias_sigma != self._settings.accelerometer_bias_sigma:
+        if _at_start(settings) != _at_start(self._settings):
             self._filter = None
         elif self._filter is not None:
             self._filter.configure(settings)
@@ -137,8 +144,8 @@ class Gravity:
             return 'not compared with the camera yet'
         x, y, z = known.bias
         sigma = np.degrees(np.sqrt(np.linalg.eigvalsh(known.up.covariance)[-1]))
-        return (f'bias ({x:.2f}, {y:.2f}, {z:.2f}) m/s^2; the direction of gravity is known to '
-                f'{sigma:.2f} deg')
+        return (f'bias ({x:.2f}, {y:.2f}, {z:.2f}) m/s^2; {_place_of(known)}the direction of '
+                f'gravity is known to {sigma:.2f} deg')
 
     def add(self, samples: ImuSamples, time_offset: float) -> None:
         """
@@ -148,6 +155,7 @@ class Gravity:
         """
         self._offset = round(time_offset * NANOSECONDS)
         self._T_camera_imu[:3, 3] = samples.position
+        self._has_gyroscope |= bool(np.isfinite(samples.turn_rates).any())
         self._forces.add(*self._samples.usable(samples.stamps, samples.accelerations))
 
     def begin(self, stamp: int) -> PoseWithCovariance | None:
@@ -232,28 +240,31 @@ class Gravity:
     def _advance(self, stamp: int, reference: PoseWithCovariance,
                  measured: PoseWithCovariance) -> None:
         """Estimate gravity at a frame, by the pose of the IMU that was measured."""
-        position, covariance = measured.translation, measured.covariance
         if self._filter is None or self._stamp is None:
             self._begin_filter(stamp, measured)
             return
         if reference is not self._reference:
             self._filter.drift(_added(reference, self._reference))
-        impulse = self._forces.between(self._stamp + self._offset, stamp + self._offset,
+        offset = self._offset + round(self._filter.time_offset * NANOSECONDS)
+        impulse = self._forces.between(self._stamp + offset, stamp + offset,
                                        self._last.rotation, measured.rotation)
         if impulse is None or impulse.duration > _LONGEST_STEP:
-            self._filter.place(position, covariance[:3, :3])
+            self._filter.place(measured)
             return
-        self._filter.predict(impulse, covariance[3:, 3:])
-        agrees = self._filter.measure(position, covariance[:3, :3])
+        self._filter.predict(impulse, measured.covariance[3:, 3:])
+        agrees = self._filter.measure(measured)
         if not agrees:
-            self._filter.place(position, covariance[:3, :3])
+            self._filter.place(measured)
         self._note(agrees)
 
     def _begin_filter(self, stamp: int, measured: PoseWithCovariance) -> None:
         force = self._first_force(stamp)
         if force is not None:
+            is_placed, settings = self._T_camera_imu[:3, 3].any(), self._settings
+            is_timed = self._has_gyroscope or settings.time_offset_sigma == 0.0
             self._filter = GravityFilter(
-                self._settings, force, _variance(force) * np.eye(3), measured)
+                settings, force, _variance(force) * np.eye(3), measured,
+                0.0 if is_placed else settings.position_sigma, 0.0 if is_timed else _OFFSET_SIGMA)
 
     def _first_force(self, stamp: int) -> np.ndarray | None:
         """Return the mean force before a frame, 3, in its axes; None: it is not known."""
@@ -297,6 +308,21 @@ class Gravity:
         self._disagreement.note(agrees)
         if self._disagreement.wrong_for % _RETRIED == 1:
             self._filter = None
+
+
+def _at_start(settings: ImuSettings) -> tuple[float, ...]:
+    """Return the settings that a filter begins with."""
+    return (settings.accelerometer_bias_sigma, settings.position_sigma,
+            settings.time_offset_sigma)
+
+
+def _place_of(known: GravityFilter) -> str:
+    """Return where an accelerometer was found to be, in words; '' where that was known."""
+    if known.lever_arm_sigma == 0.0:
+        return ''
+    x, y, z = known.lever_arm
+    return (f'position ({x:.2f}, {y:.2f}, {z:.2f}) m in the camera, to '
+            f'{known.lever_arm_sigma:.2f}; ')
 
 
 def _variance(force: np.ndarray) -> float:

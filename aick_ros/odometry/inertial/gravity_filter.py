@@ -4,13 +4,21 @@
 """
 Gravity and the bias of an accelerometer, by a Kalman filter on the positions of the camera.
 
-The camera measures orientations R and positions p. With them the specific force a, of bias b,
-gives velocity v and position by equations that are linear in all that is unknown,
+The camera measures orientations R and positions c. With them the specific force a, of bias b,
+gives velocity v and position p of the accelerometer by
 
     v1 = v0 + (integral of R (a - b)) - g t
     p1 = p0 + v0 t + (double integral of R (a - b)) - g t^2 / 2
+    c1 = p1 - R1 l
 
-so that positions tell gravity g (which points up here) from acceleration.
+so that positions separate gravity g (which points up here) from acceleration. The lever arm l is
+estimated where nobody has said where the accelerometer is: a hand that turns a camera accelerates
+what is 0.1 m beside it by as much as it does the camera. So is the time offset of the forces, by
+the derivatives of their integrals (Li and Mourikis 2014, "Online temporal calibration for
+camera-IMU systems"), where no gyroscope shows it. All else is linear.
+
+A lever arm that is known is added to the positions instead, as one turned by orientations with
+noise would be drawn to zero by it.
 """
 
 from __future__ import annotations
@@ -35,37 +43,43 @@ _GRAVITY_VARIANCE = 0.02 ** 2
 
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
 
-_UNMODELLED = 0.046
-"""Noise density of all that is no white noise [m/s^2/sqrt(Hz)], as of scale, axes and stamps.
+_UNMODELLED = 0.02
+"""Noise density of all that is no white noise [m/s^2/sqrt(Hz)], as of scale and axes.
 
-Chosen on two excerpts of real recordings: with it the squared error of the published tilt is that
-of its covariance, without it three times that. On rendered rooms gravity is known later by it."""
+Chosen on two excerpts of real recordings, where the tilt is the same with none and with twice as
+much. On rendered rooms gravity is known later by it."""
 
-_P, _V, _G, _B = (slice(first, first + 3) for first in (0, 3, 6, 9))
-_POSITION = np.eye(3, 12)  # by definition: it is what the camera measures
+_P, _V, _G, _B, _L = (slice(first, first + 3) for first in (0, 3, 6, 9, 12))
+_T, _SIZE = 15, 16
 
 
 class GravityFilter:
     """
-    Estimate of position, velocity, gravity and bias, with covariance.
+    Estimate of position, velocity, gravity, bias, lever arm and time offset, with covariance.
 
     :param settings: noise of the accelerometer.
     :param force: first one, 3, in the axes of the camera [m/s^2]: gravity, and the bias.
     :param acceleration: 3x3, covariance of what else is in it, in the axes of the poses.
     :param pose: of the camera there, with its covariance.
+    :param lever_arm_sigma: standard deviation of the lever arm along each axis [m].
+    :param time_offset_sigma: that of the time offset [s].
     """
 
     def __init__(self, settings: ImuSettings, force: np.ndarray, acceleration: np.ndarray,
-                 pose: PoseWithCovariance) -> None:
+                 pose: PoseWithCovariance, lever_arm_sigma: float = 0.0,
+                 time_offset_sigma: float = 0.0) -> None:
         self.configure(settings)
-        self.values = np.concatenate([np.zeros(6), pose.rotation @ force, np.zeros(3)])
+        self.values = np.zeros(_SIZE)
+        self.values[_G] = pose.rotation @ force
         bias = settings.accelerometer_bias_sigma ** 2
-        self.covariance = np.zeros((12, 12))
+        self.covariance = np.zeros((_SIZE, _SIZE))
         self.covariance[_G, _G] = acceleration + bias * np.eye(3)
         self.covariance[_B, _B] = bias * np.eye(3)
         self.covariance[_G, _B] = -bias * pose.rotation  # what is bias in the force is no gravity
         self.covariance[_B, _G] = self.covariance[_G, _B].T
-        self.place(pose.translation, pose.covariance[:3, :3])
+        self.covariance[_L, _L] = lever_arm_sigma ** 2 * np.eye(3)
+        self.covariance[_T, _T] = time_offset_sigma ** 2
+        self.place(pose)
         self._hold_length()
 
     def configure(self, settings: ImuSettings) -> None:
@@ -89,25 +103,46 @@ class GravityFilter:
         """Bias of the forces, 3, in the axes of the camera [m/s^2]."""
         return self.values[_B]
 
-    def place(self, position: np.ndarray, covariance: np.ndarray) -> None:
-        """Continue at a position that is measured [m], with an unknown velocity."""
-        self.values[_P], self.values[_V] = position, 0.0
-        for part, variance in ((_P, covariance), (_V, _FIRST_VELOCITY ** 2 * np.eye(3))):
-            self.covariance[part], self.covariance[:, part] = 0.0, 0.0
-            self.covariance[part, part] = variance
+    @property
+    def lever_arm(self) -> np.ndarray:
+        """Position of the accelerometer, 3, likewise [m]; zero where that is known."""
+        return self.values[_L]
+
+    @property
+    def lever_arm_sigma(self) -> float:
+        """Largest standard deviation of the lever arm [m]."""
+        return math.sqrt(np.linalg.eigvalsh(self.covariance[_L, _L])[-1])
+
+    @property
+    def time_offset(self) -> float:
+        """Time to add to the stamps of the images, beside the one known before [s]."""
+        return float(self.values[_T])
+
+    def place(self, pose: PoseWithCovariance) -> None:
+        """Continue at a pose that is measured, with an unknown velocity."""
+        lever_arm = pose.rotation @ self.covariance[_L]  # its covariance with all values
+        self.values[_P] = pose.translation + pose.rotation @ self.lever_arm
+        self.values[_V] = 0.0
+        self.covariance[_V], self.covariance[:, _V] = 0.0, 0.0
+        self.covariance[_V, _V] = _FIRST_VELOCITY ** 2 * np.eye(3)
+        self.covariance[_P], self.covariance[:, _P] = lever_arm, lever_arm.T
+        self.covariance[_P, _V], self.covariance[_V, _P] = 0.0, 0.0
+        self.covariance[_P, _P] = (
+            pose.covariance[:3, :3] + lever_arm[:, _L] @ pose.rotation.T)
 
     def predict(self, impulse: Impulse, orientation: np.ndarray) -> None:
         """
         Advance by an interval.
 
-        :param impulse: of the forces in it.
+        :param impulse: of the forces in it, by the time offset known so far.
         :param orientation: 3x3, covariance of the orientation in it [rad^2].
         """
-        values, covariance = np.empty(12), np.empty((12, 12))
+        values, covariance = np.empty(_SIZE), np.empty((_SIZE, _SIZE))
         kernels.predict_gravity(
             self.values, self.covariance, impulse.duration, impulse.velocity, impulse.position,
             impulse.velocity_by_bias, impulse.position_by_bias,
-            orientation, self._settings.accelerometer_noise ** 2 + _UNMODELLED ** 2,
+            impulse.velocity_by_offset, impulse.position_by_offset, orientation,
+            self._settings.accelerometer_noise ** 2 + _UNMODELLED ** 2,
             self._settings.accelerometer_bias_walk ** 2, values, covariance)
         self.values, self.covariance = values, covariance
 
@@ -117,10 +152,12 @@ class GravityFilter:
         self.covariance[_P, _P] += covariance[:3, :3]
         self.covariance[_G, _G] += arm @ covariance[3:, 3:] @ arm.T
 
-    def measure(self, position: np.ndarray, covariance: np.ndarray) -> bool:
-        """Update by a position [m], and return whether it is one of noise; else change nothing."""
-        error = position - self.values[_P]
-        estimate = measured(self.values, self.covariance, _POSITION, covariance, error,
+    def measure(self, pose: PoseWithCovariance) -> bool:
+        """Update by a position, and return whether it is one of noise; else change nothing."""
+        rows = np.eye(3, _SIZE)
+        rows[:, _L] = -pose.rotation
+        error = pose.translation - rows @ self.values
+        estimate = measured(self.values, self.covariance, rows, pose.covariance[:3, :3], error,
                             LARGEST_SQUARED_DISTANCES[3])
         if estimate is None:
             return False
@@ -138,7 +175,7 @@ class GravityFilter:
         """
         gravity = self.gravity
         length = math.hypot(*gravity)
-        row = np.zeros((1, 12))
+        row = np.zeros((1, _SIZE))
         row[0, _G] = gravity / length
         projection = np.eye(3) - np.outer(gravity, gravity) / length ** 2
         across = projection @ self.covariance[_G, _G] @ projection

@@ -66,6 +66,17 @@ def test_forces_are_turned_along_the_way_and_summed_by_trapezoids():
         found.position, cumulative_trapezoid(remaining, 1e-3 * inside, axis=0)[-1], atol=1e-12)
 
 
+def test_its_derivative_by_the_stamps_is_that_of_forces_that_change():
+    """Of forces c t^2 the integral over T at an offset grows by (T^2 + 2 T t) c."""
+    found = integral(range(-50, 90, 2), lambda time: [time ** 2, -time, 7.0]).between(
+        0, 80 * MS, FIRST, FIRST)
+    # by the ten milliseconds before: at an offset of five less
+    by_velocity = FIRST @ [80 ** 2 - 10 * 80, -80, 0]
+    by_position = FIRST @ [80 ** 3 / 3 - 5 * 80 ** 2, -80 ** 2 / 2, 0]
+    np.testing.assert_allclose(found.velocity_by_offset, by_velocity, atol=3)
+    np.testing.assert_allclose(found.position_by_offset, 1e-3 * by_position, atol=0.1)
+
+
 def test_no_forces_have_no_integral():
     with pytest.raises(ValueError, match='there are no forces'):
         kernels.integrate_forces(np.empty(0, np.int64), np.empty((0, 3)), 0, MS, np.eye(3),

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Gravity and bias of a camera whose motion, noise and truth are known."""
+"""Gravity, bias and place of an IMU on a camera whose motion, noise and truth are known."""
 
 import numpy as np
 import pytest
@@ -37,20 +37,27 @@ def placed(position, covariance, rotation=np.eye(3)):
     return PoseWithCovariance(pose, joint)
 
 
-def follow(rng, count=75, sudden=(), first_sigma=FIRST_SIGMA):
+def impulse(time, velocity, position, once, twice, by_offset=np.zeros((2, 3))):
+    """Return an impulse; by_offset: derivatives of velocity and position."""
+    return Impulse(time, velocity, position, once, twice, *by_offset)
+
+
+def follow(rng, count=75, sudden=(), first_sigma=FIRST_SIGMA, lever_arm=np.zeros(3)):
     """Return a filter after some frames, and the true gravity and bias."""
     gravity = GRAVITY * se3.exp_rotation([0.3, -0.2, 0]) @ [0, 0, 1]
     bias = SETTINGS.accelerometer_bias_sigma * rng.standard_normal(3)
-    position, velocity = np.zeros(3), rng.uniform(-0.5, 0.5, 3)
-
-    def measured():
-        return position + POSITION_SIGMA * rng.standard_normal(3)
-
+    position, velocity = np.zeros(3), rng.uniform(-0.5, 0.5, 3)  # of the IMU
     covariance = POSITION_SIGMA ** 2 * np.eye(3)
+
+    def measured(time):
+        turn = orientation(time)
+        return placed(position - turn @ lever_arm + POSITION_SIGMA * rng.standard_normal(3),
+                      covariance, turn)
+
     first = gravity + first_sigma * rng.standard_normal(3)
     estimate = GravityFilter(
         SETTINGS, orientation(0.0).T @ first + bias, first_sigma ** 2 * np.eye(3),
-        placed(measured(), covariance, orientation(0.0)))
+        measured(0.0), SETTINGS.position_sigma)
     agreed = []
     for index in range(count):
         turn = orientation(STEP * (index + 0.5))
@@ -59,27 +66,32 @@ def follow(rng, count=75, sudden=(), first_sigma=FIRST_SIGMA):
         force = acceleration + gravity + turn @ bias + noise
         position = position + STEP * velocity + 0.5 * STEP ** 2 * acceleration
         velocity = velocity + STEP * acceleration
-        estimate.predict(Impulse(STEP, STEP * force, 0.5 * STEP ** 2 * force, STEP * turn,
+        estimate.predict(impulse(STEP, STEP * force, 0.5 * STEP ** 2 * force, STEP * turn,
                                  0.5 * STEP ** 2 * turn), ORIENTATION_SIGMA ** 2 * np.eye(3))
-        seen = measured() + (0.3 if index in sudden else 0)
-        agreed.append(estimate.measure(seen, covariance))
+        seen = measured(STEP * (index + 1))
+        seen.matrix[:3, 3] += 0.3 if index in sudden else 0.0
+        agreed.append(estimate.measure(seen))
         if not agreed[-1] and index not in sudden:
-            estimate.place(seen, covariance)
+            estimate.place(seen)
     return estimate, gravity, bias, agreed
 
 
 @pytest.mark.parametrize('first_sigma', [0.2, FIRST_SIGMA])
 def test_errors_are_as_large_as_their_covariance(first_sigma):
     """In the median: about a start that is tilted by far the length of gravity is not linear."""
-    squared, shares = [], []
+    squared, shares, arms = [], [], []
     for seed in range(40):
-        estimate, gravity, bias, agreed = follow(np.random.default_rng(seed),
-                                                 first_sigma=first_sigma)
-        error = np.concatenate([estimate.gravity - gravity, estimate.bias - bias])
-        squared.append(error @ np.linalg.solve(estimate.covariance[6:, 6:], error))
+        lever_arm = SETTINGS.position_sigma * np.random.default_rng([seed, 1]).standard_normal(3)
+        estimate, gravity, bias, agreed = follow(
+            np.random.default_rng(seed), first_sigma=first_sigma, lever_arm=lever_arm)
+        error = np.concatenate([estimate.gravity - gravity, estimate.bias - bias,
+                                estimate.lever_arm - lever_arm])
+        squared.append(error @ np.linalg.solve(estimate.covariance[6:15, 6:15], error))
         shares.append(np.mean(agreed))
+        arms.append(error[6:] / estimate.lever_arm_sigma)
     assert np.median(shares) > 0.99
-    assert 3.5 < np.median(squared) < 7.3  # of six; 0.1 % to 99.9 % of the median of 40
+    assert 5.8 < np.median(squared) < 11.4  # of nine; 0.1 % to 99.9 % of the median of 40
+    assert 0.4 < np.sqrt(np.mean(np.square(arms))) < 1.2  # their sigma is the largest one
 
 
 def test_the_noise_of_a_force_moves_the_camera_as_long_as_it_lasts():
@@ -89,10 +101,11 @@ def test_the_noise_of_a_force_moves_the_camera_as_long_as_it_lasts():
         settings = ImuSettings(accelerometer_noise=density)
         estimate = GravityFilter(settings, np.array([0, 0, GRAVITY]), 1e-4 * np.eye(3),
                                  placed(np.zeros(3), 1e-6 * np.eye(3)))
-        estimate.predict(Impulse(time, np.zeros(3), np.zeros(3), time * np.eye(3),
+        estimate.predict(impulse(time, np.zeros(3), np.zeros(3), time * np.eye(3),
                                  0.5 * time ** 2 * np.eye(3)), np.zeros((3, 3)))
         covariances.append(estimate.covariance)
-    by_force = np.kron([[0.5 * time ** 2], [time], [0.0], [0.0]], np.eye(3))
+    by_force = np.zeros((16, 3))
+    by_force[:6] = np.kron([[0.5 * time ** 2], [time]], np.eye(3))
     np.testing.assert_allclose(covariances[1] - covariances[0],
                                noise ** 2 / time * by_force @ by_force.T, atol=1e-12)
 
@@ -104,7 +117,7 @@ def test_what_is_no_white_noise_is_added_to_it(monkeypatch):
                            (ImuSettings(accelerometer_noise=0.03), 0.04)):
         monkeypatch.setattr(gravity_filter, '_UNMODELLED', more)
         estimate = any_filter(settings)
-        estimate.predict(Impulse(0.1, np.zeros(3), np.zeros(3), 0.1 * np.eye(3),
+        estimate.predict(impulse(0.1, np.zeros(3), np.zeros(3), 0.1 * np.eye(3),
                                  0.005 * np.eye(3)), np.zeros((3, 3)))
         covariances.append(estimate.covariance)
     np.testing.assert_allclose(*covariances, atol=1e-15)
@@ -116,6 +129,36 @@ def test_five_seconds_tell_gravity_from_motion_and_bias():
     assert angle < 0.3  # the first force had 2 deg
     assert np.abs(estimate.bias - bias).max() < 0.05
     assert np.linalg.norm(estimate.gravity) == pytest.approx(GRAVITY, abs=0.02)
+
+
+def test_five_seconds_show_where_it_is():
+    """A camera that turns by half a radian accelerates an IMU beside it."""
+    lever_arm = np.array([-0.11, 0.04, 0.02])
+    estimate, *_ = follow(np.random.default_rng(6), lever_arm=lever_arm)
+    assert np.abs(estimate.lever_arm - lever_arm).max() < 0.05
+    assert estimate.lever_arm_sigma < 0.05
+    exact = GravityFilter(SETTINGS, np.array([0, 0, GRAVITY]), np.eye(3),
+                          placed(np.zeros(3), np.eye(3)))
+    assert exact.lever_arm_sigma == 0.0
+
+
+def test_a_late_clock_is_found_by_forces_that_change():
+    """The derivative of their integral by the stamps is their change from start to end."""
+    late, estimate = 0.02, any_filter(ImuSettings(accelerometer_noise=1e-6))
+    estimate.covariance = np.zeros((16, 16))
+    estimate.covariance[15, 15], estimate.values[12:] = 0.03 ** 2, 0.0
+    slope = np.array([4.0, -2.0, 1.0])  # m/s^3
+    by_offset = np.array([0.1 * slope, 0.005 * slope])
+    once, twice = 0.1 * np.eye(3), 0.005 * np.eye(3)
+    estimate.predict(impulse(0.1, np.zeros(3), np.zeros(3), once, twice, by_offset),
+                     np.zeros((3, 3)))
+    truth = estimate.values[:3] + late * by_offset[1]
+    assert estimate.measure(placed(truth, 1e-12 * np.eye(3)))
+    assert estimate.time_offset == pytest.approx(late, rel=0.02)
+    before = estimate.values[3:6].copy()
+    none = np.zeros((3, 3))
+    estimate.predict(impulse(1e-9, np.zeros(3), np.zeros(3), none, none, by_offset), none)
+    np.testing.assert_allclose(estimate.values[3:6], before, atol=1e-6)  # the impulse has it
 
 
 def test_the_length_of_gravity_stays_known_while_its_direction_is_found():
@@ -156,17 +199,20 @@ def test_a_frame_that_drifts_makes_the_direction_uncertain():
 def test_placed_it_forgets_the_velocity_but_not_gravity():
     estimate, gravity, *_ = follow(np.random.default_rng(4))
     before = estimate.up
-    estimate.place(np.ones(3), 1e-6 * np.eye(3))
-    assert np.array_equal(estimate.values[:6], [1, 1, 1, 0, 0, 0])
-    assert np.allclose(np.diag(estimate.covariance)[:6], [*3 * [1e-6], *3 * [1.0]])
-    expected = np.zeros((12, 12))
-    expected[:6, :6] = np.diag([*3 * [1e-6], *3 * [1.0]])
-    expected[6:, 6:] = estimate.covariance[6:, 6:]
-    np.testing.assert_allclose(estimate.covariance, expected)  # nothing is correlated
+    kept, turn = estimate.covariance.copy(), orientation(1.0)
+    estimate.place(placed(np.ones(3), 1e-6 * np.eye(3), turn))
+    np.testing.assert_allclose(estimate.values[:3], 1 + turn @ estimate.lever_arm)
+    assert not estimate.values[3:6].any()
+    expected = np.zeros((16, 16))
+    expected[3:6, 3:6], expected[6:, 6:] = np.eye(3), kept[6:, 6:]
+    expected[:3] = turn @ expected[12:15]
+    expected[:, :3] = expected[:3].T
+    expected[:3, :3] = turn @ kept[12:15, 12:15] @ turn.T + 1e-6 * np.eye(3)
+    np.testing.assert_allclose(estimate.covariance, expected, atol=1e-15)
     assert np.array_equal(estimate.up.covariance, before.covariance)
 
 
-def covariance_of(rng, size=12):
+def covariance_of(rng, size=16):
     root = rng.normal(0.0, 0.1, (size, size))
     return root @ root.T
 
@@ -176,7 +222,7 @@ def any_filter(settings=SETTINGS, seed=0):
     rng = np.random.default_rng(seed)
     estimate = GravityFilter(settings, np.array([1.0, -2.0, 9.5]), np.eye(3),
                              placed(np.zeros(3), np.eye(3)))
-    estimate.values = rng.normal(size=12) + np.repeat([0, 0, 3, 0], 3)
+    estimate.values = rng.normal(size=16) + np.append(np.repeat([0, 0, 3, 0, 0], 3), 0)
     estimate.covariance = covariance_of(rng)
     return estimate
 
@@ -186,19 +232,22 @@ def test_a_prediction_is_the_motion_of_each_possible_state():
     rng, time = np.random.default_rng(7), 0.2
     settings = ImuSettings(accelerometer_noise=0.5, accelerometer_bias_walk=0.3)
     estimate, (once, twice) = any_filter(settings), rng.normal(size=(2, 3, 3))
-    impulse = Impulse(time, rng.normal(size=3), rng.normal(size=3), once, twice)
+    by_offset = rng.normal(size=(2, 3))
+    given = impulse(time, rng.normal(size=3), rng.normal(size=3), once, twice, by_offset)
     turned = 1e-3 * covariance_of(rng, 3)
-    position, velocity, gravity, bias = (part[:, None] for part in estimate.values.reshape(4, 3))
-    draws = np.linalg.cholesky(estimate.covariance) @ rng.normal(size=(12, 200_000))
-    p, v, g, b = draws.reshape(4, 3, -1) + [position, velocity, gravity, bias]
+    errors = np.linalg.cholesky(estimate.covariance) @ rng.normal(size=(16, 200_000))
+    p, v, g, b, arm = (estimate.values[:15, None] + errors[:15]).reshape(5, 3, -1)
+    gravity, late = estimate.gravity[:, None], errors[15]  # beside the offset known
     force = settings.accelerometer_noise / np.sqrt(time) * rng.normal(size=p.shape)
     force += np.cross(np.linalg.cholesky(turned) @ rng.normal(size=p.shape), gravity, axis=0)
     moved = np.concatenate([
-        p + time * v + impulse.position[:, None] - twice @ b - 0.5 * time ** 2 * g
-        + 0.5 * time ** 2 * force,
-        v + impulse.velocity[:, None] - once @ b - time * g + time * force, g,
-        b + settings.accelerometer_bias_walk * np.sqrt(time) * rng.normal(size=p.shape)])
-    estimate.predict(impulse, turned)
+        p + time * v + given.position[:, None] - twice @ b - 0.5 * time ** 2 * g
+        + 0.5 * time ** 2 * force + np.outer(by_offset[1], late),
+        v + given.velocity[:, None] - once @ b - time * g + time * force
+        + np.outer(by_offset[0], late), g,
+        b + settings.accelerometer_bias_walk * np.sqrt(time) * rng.normal(size=p.shape), arm,
+        estimate.values[15] + late[None]])
+    estimate.predict(given, turned)
     np.testing.assert_allclose(estimate.values, moved.mean(axis=1), atol=0.01)
     np.testing.assert_allclose(estimate.covariance, np.cov(moved), atol=0.012)
 
@@ -206,18 +255,20 @@ def test_a_prediction_is_the_motion_of_each_possible_state():
 def test_a_prediction_is_that_of_its_linear_equations():
     rng, time, settings = np.random.default_rng(8), 0.1, ImuSettings()
     estimate, (once, twice) = any_filter(settings), rng.normal(size=(2, 3, 3))
-    impulse = Impulse(time, rng.normal(size=3), rng.normal(size=3), once, twice)
-    turned, none, one = covariance_of(rng, 3), np.zeros((3, 3)), np.eye(3)
-    transition = np.block([[one, time * one, -0.5 * time ** 2 * one, -twice],
-                           [none, one, -time * one, -once],
-                           [none, none, one, none], [none, none, none, one]])
+    by_offset = rng.normal(size=(2, 3))
+    given = impulse(time, rng.normal(size=3), rng.normal(size=3), once, twice, by_offset)
+    turned, none, one = covariance_of(rng, 3), np.zeros((10, 3)), np.eye(3)
+    transition = np.eye(16)
+    transition[:3, 3:12] = np.hstack([time * one, -0.5 * time ** 2 * one, -twice])
+    transition[3:6, 6:12] = np.hstack([-time * one, -once])
+    values = transition @ estimate.values + np.r_[given.position, given.velocity, np.zeros(10)]
+    transition[:6, 15] = by_offset[::-1].ravel()  # the impulse is that at the offset known
     arm = np.cross(np.eye(3), estimate.gravity)
     force = settings.accelerometer_noise ** 2 * time * one + time ** 2 * arm @ turned @ arm.T
-    by_force = np.concatenate([0.5 * time * one, one, none, none])
+    by_force = np.concatenate([0.5 * time * one, one, none])
     covariance = transition @ estimate.covariance @ transition.T + by_force @ force @ by_force.T
-    covariance[9:, 9:] += settings.accelerometer_bias_walk ** 2 * time * one
-    values = transition @ estimate.values + np.r_[impulse.position, impulse.velocity, np.zeros(6)]
-    estimate.predict(impulse, turned)
+    covariance[9:12, 9:12] += settings.accelerometer_bias_walk ** 2 * time * one
+    estimate.predict(given, turned)
     np.testing.assert_allclose(estimate.values, values, rtol=1e-12)
     np.testing.assert_allclose(estimate.covariance, covariance, rtol=1e-9, atol=1e-14)
     np.testing.assert_array_equal(estimate.covariance, estimate.covariance.T)
@@ -226,12 +277,14 @@ def test_a_prediction_is_that_of_its_linear_equations():
 def test_a_prediction_with_what_does_not_fit_is_refused_and_changes_nothing():
     estimate, two = any_filter(), np.eye(2)
     before, covariance = estimate.values.copy(), estimate.covariance.copy()
-    for impulse, turned in ((Impulse(0.1, np.ones(3), np.ones(3), np.eye(3), two), np.eye(3)),
-                            (Impulse(0.1, np.ones(2), np.ones(3), np.eye(3), np.eye(3)),
-                             np.eye(3)),
-                            (Impulse(0.1, np.ones(3), np.ones(3), np.eye(3), np.eye(3)), two)):
+    three = np.eye(3)
+    for given, turned in (
+            (impulse(0.1, np.ones(3), np.ones(3), three, two), three),
+            (impulse(0.1, np.ones(2), np.ones(3), three, three), three),
+            (impulse(0.1, np.ones(3), np.ones(3), three, three, np.ones((2, 2))), three),
+            (impulse(0.1, np.ones(3), np.ones(3), three, three), two)):
         with pytest.raises(ValueError, match='are required'):
-            estimate.predict(impulse, turned)
+            estimate.predict(given, turned)
     np.testing.assert_array_equal(estimate.values, before)
     np.testing.assert_array_equal(estimate.covariance, covariance)
 
@@ -252,9 +305,11 @@ def test_a_drift_is_that_of_each_axis():
 def test_one_position_in_a_thousand_of_noise_disagrees(factor, agrees):
     estimate, noise = any_filter(), 0.03 ** 2 * np.diag([1.0, 2.0, 3.0])
     values, covariance = estimate.values.copy(), estimate.covariance.copy()
-    spread = np.linalg.cholesky(covariance[:3, :3] + noise)
+    turn = orientation(1.0)
+    rows = np.hstack([np.eye(3), np.zeros((3, 9)), -turn, np.zeros((3, 1))])
+    spread = np.linalg.cholesky(rows @ covariance @ rows.T + noise)
     error = factor * np.sqrt(chi2.ppf(0.999, 3)) * spread @ [0.6, 0.0, 0.8]
-    assert estimate.measure(values[:3] + error, noise) is agrees
+    assert estimate.measure(placed(rows @ values + error, noise, turn)) is agrees
     if not agrees:
         np.testing.assert_array_equal(estimate.values, values)
         np.testing.assert_array_equal(estimate.covariance, covariance)
@@ -284,7 +339,7 @@ def test_the_first_force_has_the_bias_too():
         sigmas[1] ** 2 * np.eye(3), placed(np.zeros(3), np.eye(3), turn))
     axes = np.zeros((4, 6))
     axes[:2, :2], axes[2:, 3:] = np.eye(2), turn[:2]
-    np.testing.assert_allclose(axes @ estimate.covariance[6:, 6:] @ axes.T, np.cov(errors.T),
+    np.testing.assert_allclose(axes @ estimate.covariance[6:12, 6:12] @ axes.T, np.cov(errors.T),
                                atol=0.01)
 
 

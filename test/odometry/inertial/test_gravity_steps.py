@@ -43,6 +43,7 @@ class Filter:
     def __init__(self, played, made_with):
         self._played, self.made_with = played, made_with
         self.up = SimpleNamespace(in_axes=lambda rotation: ('up', rotation))
+        self.time_offset = played.late
 
     def __getattr__(self, method):
         def note(*args):
@@ -56,6 +57,7 @@ class Played:
 
     def __init__(self, monkeypatch, settings=SETTINGS):
         self.log, self.filters, self.began, self.agrees = [], [], [], True
+        self.late = 0.0
         self.force, self.duration = FORCE, 0.1
         monkeypatch.setattr('aick_ros.odometry.inertial.gravity.GravityFilter', self._filter)
         self.gravity = Gravity(settings)
@@ -162,7 +164,7 @@ def test_samples_are_added_and_their_clock_is_known(play):
 def test_the_filter_begins_with_the_force_in_the_axes_of_the_frame(play):
     """As uncertain as a hand accelerates, and as the force differs from gravity."""
     played = play()
-    (settings, force, uncertainty, pose), = [one.made_with for one in played.filters]
+    (settings, force, uncertainty, pose, *prior), = [one.made_with for one in played.filters]
     measured = REFERENCE.matrix @ SEEN[0]
     assert settings is SETTINGS
     np.testing.assert_allclose(force, FORCE)
@@ -170,8 +172,22 @@ def test_the_filter_begins_with_the_force_in_the_axes_of_the_frame(play):
         0.5 ** 2 + (np.linalg.norm(FORCE) - GRAVITY) ** 2))
     np.testing.assert_allclose(pose.matrix, measured.matrix)
     np.testing.assert_allclose(pose.covariance, measured.covariance)
+    # nobody has said where it is, or when it measures
+    assert prior == [SETTINGS.position_sigma, 0.03]
     # and shows the frame what is up at once
     assert played.kinds() == ['recent', 'approach']
+
+
+@pytest.mark.parametrize('rate, position, settings, prior', [
+    (0.1, 0.0, SETTINGS, [SETTINGS.position_sigma, 0.0]), (np.nan, 0.2, SETTINGS, [0.0, 0.03]),
+    (np.nan, 0.0, ImuSettings(position_sigma=0.3, time_offset_sigma=0.0), [0.3, 0.0])])
+def test_what_a_gyroscope_or_a_transform_shows_is_not_estimated(
+        play, rate, position, settings, prior):
+    played = play(0, settings)
+    played.gravity.add(ImuSamples(np.array([START]), np.full((1, 3), rate), FORCE[None],
+                                  np.array([0.0, position, 0.0])), OFFSET)
+    played.update(0.0)
+    assert list(played.filters[0].made_with[4:]) == prior
 
 
 def test_without_a_force_the_filter_begins_later(play):
@@ -197,10 +213,12 @@ def test_a_position_is_predicted_by_the_forces_since_the_frame_before(play):
     assert predict[0] == 'predict' and predict[1].duration == 0.1
     np.testing.assert_allclose(predict[2], measured[1].covariance[3:, 3:])
     assert measure[0] == 'measure'
-    np.testing.assert_allclose(measure[1], measured[1].translation)
-    np.testing.assert_allclose(measure[2], measured[1].covariance[:3, :3])
+    np.testing.assert_allclose(measure[1].matrix, measured[1].matrix)
+    np.testing.assert_allclose(measure[1].covariance, measured[1].covariance)
     assert played.kinds()[-1] == 'approach'
     assert played.update(0.3)[1][1:3] == (START + 107_000_000, START + 307_000_000)
+    played.filters[-1].time_offset = -0.02
+    assert played.update(0.4)[0][1:3] == (START + 287_000_000, START + 387_000_000)
 
 
 @pytest.mark.parametrize('start', [START, 0, -START])
@@ -229,8 +247,7 @@ def test_over_a_gap_the_position_is_taken_as_measured(play, duration, is_placed)
     measured = REFERENCE.matrix @ SEEN[1]
     if is_placed:
         assert played.kinds() == ['between', 'place', 'approach']
-        np.testing.assert_allclose(played.log[1][1], measured.translation)
-        np.testing.assert_allclose(played.log[1][2], measured.covariance[:3, :3])
+        np.testing.assert_allclose(played.log[1][1].matrix, measured.matrix)
     else:
         assert played.kinds() == ['between', 'predict', 'measure', 'approach']
 
@@ -241,8 +258,8 @@ def test_a_position_that_disagrees_is_taken_as_measured(play):
     played.update(0.1, SEEN[1])
     assert played.kinds() == ['between', 'predict', 'measure', 'place', 'approach']
     measured = REFERENCE.matrix @ SEEN[1]
-    np.testing.assert_allclose(played.log[3][1], measured.translation)
-    np.testing.assert_allclose(played.log[3][2], measured.covariance[:3, :3])
+    np.testing.assert_allclose(played.log[3][1].matrix, measured.matrix)
+    np.testing.assert_allclose(played.log[3][1].covariance, measured.covariance)
 
 
 def test_it_is_wrong_where_a_fifth_disagrees_and_right_again_below_a_twentieth(play):
@@ -293,13 +310,15 @@ def test_while_it_is_wrong_it_begins_anew_every_three_seconds(play):
     assert not played.gravity.complaint and 'approach' in played.kinds()
 
 
-def test_other_settings_hold_at_once_and_another_first_bias_begins_anew(play):
+@pytest.mark.parametrize('first', ['accelerometer_bias_sigma', 'position_sigma',
+                                   'time_offset_sigma'])
+def test_other_settings_hold_at_once_and_another_start_begins_anew(play, first):
     played = play()
     noisier = dataclasses.replace(SETTINGS, accelerometer_noise=0.1)
     played.log.clear()
     played.gravity.configure(noisier)
     assert played.log == [('configure', noisier)]
-    other = dataclasses.replace(noisier, accelerometer_bias_sigma=0.5)
+    other = dataclasses.replace(noisier, **{first: 0.05})
     played.gravity.configure(other)
     played.update(0.1)
     assert len(played.filters) == 2 and played.filters[1].made_with[0] is other
@@ -340,10 +359,15 @@ def test_what_is_known_is_described_with_its_numbers(play):
     assert played.gravity.description == 'not compared with the camera yet'
     played.update(0.0)
     played.gravity._filter = SimpleNamespace(
-        bias=np.array([0.125, -0.5, 2.0]), up=SimpleNamespace(
+        bias=np.array([0.125, -0.5, 2.0]), lever_arm=np.array([-0.112, 0.03, 0.0]),
+        lever_arm_sigma=0.0, up=SimpleNamespace(
             covariance=np.diag(np.radians([0.5, 2.0, 0.1]) ** 2)))
     assert played.gravity.description == (
         'bias (0.12, -0.50, 2.00) m/s^2; the direction of gravity is known to 2.00 deg')
+    played.gravity._filter.lever_arm_sigma = 0.021
+    assert played.gravity.description == (
+        'bias (0.12, -0.50, 2.00) m/s^2; position (-0.11, 0.03, 0.00) m in the camera, to 0.02; '
+        'the direction of gravity is known to 2.00 deg')
 
 
 def test_the_bias_is_a_copy(play):
