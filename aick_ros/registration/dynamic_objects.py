@@ -92,13 +92,36 @@ class DynamicObjectCheck:
         if sudden <= 1.0 and not is_contradicted and not _has_moving(found.fit):
             return found
         rest = self._without_keypoints_of(found, source, target, expected.T_target_source)
-        if (is_contradicted and _differ(found, rest.pose)
+        if (is_contradicted and _differ(found.pose, rest.pose)
                 and not _has_moved_before(rest.fit, found.fit)
                 and self._agreement.is_better_by(rest, found)):
             near = self._of_all_near(rest, found, source, target)
             return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
                                 f'depth agrees with {len(near.tracked)} others')
-        return self._compared(found, rest, source, target, expected)
+        compared = self._compared(found, rest, source, target, expected)
+        fit = found.fit
+        if compared is not found or fit is None or not fit.has_objects:
+            return compared
+        if self._is_one_motion(found, rest, expected):
+            return dataclasses.replace(found, fit=dataclasses.replace(fit, objects=None))
+        return found
+
+    def _is_one_motion(self, found: Registration, rest: Refined, expected: ExpectedPose) -> bool:
+        """
+        Return whether what seems to be on objects moves with the scene, as far as is known.
+
+        What moves along a wall differs from the motion expected at least, and what has moved
+        before may move slowly now.
+        """
+        return (rest.is_confirmed and not _is_known(rest.fit)
+                and not _differ(found.pose, rest.pose)
+                and not _differ(self._prior(expected), rest.pose))
+
+    def _prior(self, expected: ExpectedPose) -> PoseWithCovariance:
+        """Return the motion expected, with its covariance by the motion model."""
+        elapsed = min(expected.elapsed, _LONGEST)
+        return PoseWithCovariance(expected.T_target_source, np.diag(
+            (0.5 * self._prior_sigmas * elapsed ** 2) ** 2))
 
     def _compared(self, found: Registration, rest: Refined, source: PreparedFrame,
                   target: PreparedFrame, expected: ExpectedPose) -> Registration:
@@ -107,21 +130,18 @@ class DynamicObjectCheck:
             found, rest.applied_to(found, ''), expected.T_target_source,
             self._acceleration.sigmas(source.stamp, expected.elapsed))
         if motions is not None and motions.are_confirmed:
-            if motions.evidence > 0.0 and _differ(found, rest.pose):
+            if motions.evidence > 0.0 and _differ(found.pose, rest.pose):
                 near = self._of_all_near(rest, found, source, target)
                 return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
                                     f'{len(near.tracked)} others with the scene')
             if motions.weaker_share > _CERTAIN_SHARE:
                 return found
-        elapsed = min(expected.elapsed, _LONGEST)
-        prior = PoseWithCovariance(expected.T_target_source, np.diag(
-            (0.5 * self._prior_sigmas * elapsed ** 2) ** 2))
-        second = fused(prior, rest.pose)
+        second = fused(self._prior(expected), rest.pose)
         if _is_known(found.fit) and _is_of_scene(rest.fit):
             # what moves along a wall is known by the motion expected alone
             return _at(second, found, rest,
                        f'{found.support} keypoints are on what has moved before',
-                       are_moving=_differ(found, second))
+                       are_moving=_differ(found.pose, second))
         if _has_moved_before(rest.fit, found.fit):
             return found
         sudden = suddenness(found.T_target_source, expected, self._sudden)
@@ -157,7 +177,7 @@ class DynamicObjectCheck:
             return _with_alternative(found, second.matrix, vote)
         reason = (f'{found.support} keypoints move by themselves, {vote.second:.0%} of the view '
                   'shows another motion')
-        return _at(second, found, rest, reason, are_moving=_differ(found, rest.pose))
+        return _at(second, found, rest, reason, are_moving=_differ(found.pose, rest.pose))
 
     def _without_keypoints_of(self, found: Registration, source: PreparedFrame,
                               target: PreparedFrame, expected: np.ndarray) -> Refined:
@@ -202,9 +222,9 @@ def _at(pose: PoseWithCovariance, found: Registration, rest: Refined, reason: st
         covariance=pose.covariance, systematic=np.zeros((6, 6)), evidence=Evidence.DEPTH)
 
 
-def _differ(found: Registration, other: PoseWithCovariance) -> bool:
+def _differ(one: PoseWithCovariance, other: PoseWithCovariance) -> bool:
     """Return whether two poses differ by more than their errors, as once in a thousand times."""
-    fusion = with_measurement(found.pose, other.matrix, np.eye(6), other.covariance)
+    fusion = with_measurement(one, other.matrix, np.eye(6), other.covariance)
     return not fusion.is_of_noise
 
 

@@ -507,6 +507,24 @@ def test_only_two_motions_that_differ_show_that_objects_move(play, made, sigma, 
     assert checked.fit.scene_share == 0.5
 
 
+@pytest.mark.parametrize('shift, known, is_shown', [
+    (0.0, 0.0, False), (0.0, 1.0, True), (0.05, 0.0, True)],
+    ids=['as the scene', 'as the scene, known', 'by itself'])
+def test_what_moves_with_the_scene_is_no_object(play, shift, known, is_shown):
+    """Its keypoints may have been put aside by noise; what has moved before may be slow now."""
+    played = play()
+    rest = se3.perturbed(EXPECTED, np.array([shift, 0, 0, 0, 0, 0]))
+    played.answers = [dataclasses.replace(
+        played.answers[0], T_target_source=rest, covariance=1e-6 * np.eye(6), bias=None,
+        fit=Fit(np.ones(30), 0.5, known))]
+    played.found = dataclasses.replace(
+        played.found, T_target_source=EXPECTED, covariance=1e-6 * np.eye(6), bias=None,
+        fit=Fit(np.ones(70), 0.9, 0.0, 'objects'))
+    checked = played.check()
+    np.testing.assert_array_equal(checked.T_target_source, EXPECTED)
+    assert checked.fit.objects == ('objects' if is_shown else None)
+
+
 @pytest.mark.parametrize('off, moves', [(AWAY, True), (SLIGHTLY, False)])
 def test_what_has_moved_before_moves_still_if_it_differs_from_the_motion_expected(
         play, made, off, moves):
