@@ -3,11 +3,14 @@
 
 """The command run inside the test, and a small rendered recording."""
 
+import dataclasses
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
 from aick_ros.cli import main
+from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.camera import Camera
 from aick_ros.reports import canvas
 from aick_ros.sources import raise_damage
@@ -87,3 +90,16 @@ def recording():
     rendered = SyntheticSource(SyntheticOptions(
         seed=2, frames=FRAMES, rate=12.0, camera=Camera(320, 240, 262.5, 262.5, 159.5, 119.5)))
     return InMemory(list(rendered.frames(raise_damage)), rendered.ground_truth)
+
+
+@pytest.fixture(scope='session')
+def pushed(recording):
+    """Return frames with an accelerometer that is pushed before the first one alone."""
+    frames = []
+    for frame in list(recording.frames(raise_damage))[:5]:
+        forces = np.column_stack([np.full(16, 0.0 if frames else 3.0), np.full(16, -9.8),
+                                  0.01 * np.arange(16)])
+        frames.append(dataclasses.replace(frame, imu=ImuSamples(
+            frame.stamp - np.arange(16, dtype=np.int64)[::-1] * 5_000_000,
+            np.full((16, 3), np.nan), forces)))
+    return frames

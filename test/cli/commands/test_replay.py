@@ -141,20 +141,14 @@ def test_a_sensor_that_is_not_used_is_named_once(replay, recording, in_memory):
 
 
 @pytest.mark.parametrize('wait', [0.0, 10.0])
-def test_it_begins_level_by_all_that_was_measured_meanwhile(replay, recording, in_memory, wait):
+def test_it_begins_level_by_all_that_was_measured_meanwhile(
+        replay, recording, pushed, in_memory, wait):
     """The camera is pushed before the first frame alone, and is level by what follows."""
-    frames = []
-    for frame in list(recording.frames(raise_damage))[:5]:
-        forces = np.column_stack([np.full(16, 0.0 if frames else 3.0), np.full(16, -9.8),
-                                  0.01 * np.arange(16)])
-        frames.append(dataclasses.replace(frame, imu=ImuSamples(
-            frame.stamp - np.arange(16, dtype=np.int64)[::-1] * 5_000_000,
-            np.full((16, 3), np.nan), forces)))
-    outcome, run = replay(in_memory(frames, recording.ground_truth), '--preset', 'paper-fast',
+    outcome, run = replay(in_memory(pushed, recording.ground_truth), '--preset', 'paper-fast',
                           '--set', 'imu.level_sigma=1.0', '--set', f'imu.level_wait={wait}')
     assert outcome.code == 0
     path = read_trajectory(run / 'trajectory.tum')
-    np.testing.assert_array_equal(path.stamps, [frame.stamp for frame in frames])
+    np.testing.assert_array_equal(path.stamps, [frame.stamp for frame in pushed])
     assert (abs(path.poses[0][2, 0]) < 0.15) == bool(wait)  # of the camera's x axis
 
 

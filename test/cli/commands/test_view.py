@@ -3,7 +3,6 @@
 
 """Files for the viewer Rerun, read back by its own reader."""
 
-import dataclasses
 import os
 import re
 import shutil
@@ -21,7 +20,6 @@ import pytest
 from aick_ros.cli.commands import replay as replay_module
 from aick_ros.cli.commands import view as view_module
 from aick_ros.cli.output.viewer import _free_port
-from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.trajectory import read_trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.sources import raise_damage
@@ -89,17 +87,10 @@ def test_a_recording_is_shown_as_the_odometry_sees_it(aick, folder, tmp_path):
             '/times/total/Scalars:scalars'} <= found.keys()
 
 
-def test_a_recording_begins_as_level_as_a_run(aick, recording, in_memory, tmp_path, monkeypatch):
+def test_a_recording_begins_as_level_as_a_run(aick, pushed, in_memory, tmp_path, monkeypatch):
     """The camera is pushed before the first frame alone, and is level by what follows."""
-    frames = []
-    for frame in list(recording.frames(raise_damage))[:5]:
-        forces = np.column_stack([np.full(16, 0.0 if frames else 3.0), np.full(16, -9.8),
-                                  0.01 * np.arange(16)])
-        frames.append(dataclasses.replace(frame, imu=ImuSamples(
-            frame.stamp - np.arange(16, dtype=np.int64)[::-1] * 5_000_000,
-            np.full((16, 3), np.nan), forces)))
     for module in (view_module, replay_module):
-        monkeypatch.setattr(module, 'open_source', lambda *_: in_memory(frames))
+        monkeypatch.setattr(module, 'open_source', lambda *_: in_memory(pushed))
     options = ('--preset', 'paper-fast', '--set', 'imu.level_sigma=1.0')
     assert aick('view', 'pushed', '--save', 'x.rrd', *options).code == 0
     assert aick('replay', 'pushed', *options).code == 0
@@ -111,7 +102,7 @@ def test_a_recording_begins_as_level_as_a_run(aick, recording, in_memory, tmp_pa
     rotations = np.array(found['/world/camera/Transform3D:mat3x3']).reshape(-1, 3, 3)
     np.testing.assert_allclose(rotations.transpose(0, 2, 1), written[:, :3, :3], atol=1e-6)
     assert abs(written[0][2, 0]) < 0.15  # of the camera's x axis
-    assert len(found['/world/camera/image/EncodedImage:blob']) == len(frames)
+    assert len(found['/world/camera/image/EncodedImage:blob']) == len(pushed)
 
 
 def test_a_run_is_shown_without_its_recording(aick, folder, tmp_path):
