@@ -162,8 +162,9 @@ def pose_difference(pose: np.ndarray, reference: np.ndarray, error: np.ndarray) 
 def predict_gravity(
     values: np.ndarray, covariance: np.ndarray, duration: float, velocity: np.ndarray,
     position: np.ndarray, velocity_by_bias: np.ndarray, position_by_bias: np.ndarray,
-    velocity_by_offset: np.ndarray, position_by_offset: np.ndarray, orientation: np.ndarray, force_variance: float, walk_variance: float,
-    later: np.ndarray, later_covariance: np.ndarray) -> None: ...
+    velocity_by_offset: np.ndarray, position_by_offset: np.ndarray, orientation: np.ndarray,
+    force_variance: float, walk_variance: float, later: np.ndarray,
+    later_covariance: np.ndarray) -> None: ...
 def project(points: np.ndarray, camera: np.ndarray, pixels: np.ndarray) -> None: ...
 def propagated_covariance(
     transition: np.ndarray, covariance: np.ndarray, influence: np.ndarray, noise: np.ndarray,

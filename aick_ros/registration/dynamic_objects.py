@@ -100,11 +100,10 @@ class DynamicObjectCheck:
                                 f'depth agrees with {len(near.tracked)} others')
         compared = self._compared(found, rest, source, target, expected)
         fit = found.fit
-        if compared is not found or fit is None or not fit.has_objects:
-            return compared
-        if self._is_one_motion(found, rest, expected):
+        if (compared is found and fit is not None and fit.has_objects
+                and self._is_one_motion(found, rest, expected)):
             return dataclasses.replace(found, fit=dataclasses.replace(fit, objects=None))
-        return found
+        return compared
 
     def _is_one_motion(self, found: Registration, rest: Refined, expected: ExpectedPose) -> bool:
         """

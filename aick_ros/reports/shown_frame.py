@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the viewer shows of a frame, as small as it is written: hundreds may be held back."""
+"""Images and marks of a frame for the viewer, as small as they are written: many are kept."""
 
 from __future__ import annotations
 

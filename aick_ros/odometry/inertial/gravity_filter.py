@@ -12,10 +12,10 @@ gives velocity v and position p of the accelerometer by
     c1 = p1 - R1 l
 
 so that positions separate gravity g (which points up here) from acceleration. The lever arm l is
-estimated where nobody has said where the accelerometer is: a hand that turns a camera accelerates
-what is 0.1 m beside it by as much as it does the camera. So is the time offset of the forces, by
-the derivatives of their integrals (Li and Mourikis 2014, "Online temporal calibration for
-camera-IMU systems"), where no gyroscope shows it. All else is linear.
+estimated where the position of the accelerometer is not known: where a camera turns, what is
+beside it is accelerated otherwise. So is the time offset of the forces, by the derivatives of
+their integrals (Li and Mourikis 2014, "Online temporal calibration for camera-IMU systems"), where
+no gyroscope shows it. All else is linear.
 
 A lever arm that is known is added to the positions instead, as one turned by orientations with
 noise would be drawn to zero by it.
