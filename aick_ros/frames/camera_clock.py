@@ -5,6 +5,13 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from aick_ros.geometry.median import SIGMA_PER_MEDIAN, median
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
 # Of the loop; chosen with simulated stamps as in test_camera_clock.py:
@@ -13,6 +20,8 @@ _PERIOD_GAIN = _PHASE_GAIN ** 2 / 4  # derived: critical damping
 _VARIANCE_GAIN = 0.05  # of the mean squared jitter: an exponential window of 20 stamps
 _MAX_PHASE_ERROR = 0.25  # periods; stamps with a larger error are outliers
 _MIN_LOCK_COUNT = 15  # inliers required before corrections are made
+_MIN_STAMPS = 3  # by definition: stamps with more than one interval
+_MAX_SCATTER = 0.25  # periods; derived: stamps at random scatter by 0.26 in the median
 _MIN_JITTER_COUNT = 2  # inliers required before the jitter is measured
 _OUTLIER_DECAY = 0.5  # outliers forgotten per inlier
 _MAX_OUTLIERS = 3  # chosen; beyond it the lock is lost
@@ -29,18 +38,24 @@ class CameraClock:
     """
 
     def __init__(self) -> None:
-        self._last: int | None = None  # last stamp [ns]
         self._phase = 0.0  # time from the last stamp to the acquisition of its image [s]
         self._period = 0.0  # [s]
         self._count = 1  # inliers
         self._outliers = 0.0  # recent ones, decayed by inliers
         self._variance = 0.0  # of the stamps about the acquisition times [s^2]
         self._variance_count = 0  # stamps in the mean
+        self._last: deque[int] = deque(maxlen=_MIN_LOCK_COUNT)  # stamps [ns]
 
     @property
     def jitter(self) -> float:
-        """Standard deviation of the stamps about the estimated acquisition times [s]."""
-        return float(self._variance ** 0.5)
+        """
+        Standard deviation of the stamps about the acquisition times [s].
+
+        Without lock it is at least what the intervals between the last stamps scatter by: stamps
+        that the loop takes for outliers may be those of a camera with much jitter.
+        """
+        jitter = float(self._variance ** 0.5)
+        return jitter if self._is_locked else max(jitter, scatter(self._last))
 
     @property
     def _is_locked(self) -> bool:
@@ -48,7 +63,7 @@ class CameraClock:
 
     def is_behind(self, stamp: int) -> bool:
         """Return whether a stamp [ns] repeats or goes back by less than ``RESTART_AFTER``."""
-        return self._last is not None and self._last - RESTART_AFTER <= stamp <= self._last
+        return bool(self._last) and self._last[-1] - RESTART_AFTER <= stamp <= self._last[-1]
 
     def correct(self, stamp: int) -> float:
         """
@@ -58,12 +73,13 @@ class CameraClock:
         """
         if self.is_behind(stamp):
             return 0.0
-        if self._last is None or stamp < self._last:
-            self._last = stamp
+        if self._last and stamp < self._last[-1]:
+            self._last.clear()
             self._restart(0.0)
+        self._last.append(stamp)
+        if len(self._last) < 2:
             return 0.0
-        interval = (stamp - self._last) / NANOSECONDS
-        self._last = stamp
+        interval = (stamp - self._last[-2]) / NANOSECONDS
         if self._period == 0.0:
             self._period = interval
         self._update(interval)
@@ -92,3 +108,21 @@ class CameraClock:
         n = self._count  # at first the gains of the recursive least-squares line through n stamps
         self._phase += error * max(_PHASE_GAIN, (4 * n - 2) / (n * (n + 1)))
         self._period += error * max(_PERIOD_GAIN, 6 / (n * (n + 1))) / periods
+
+
+def scatter(stamps: Sequence[int]) -> float:
+    """
+    Return the standard deviation of stamps about a constant rate, by their intervals [s].
+
+    Robust: images may be missing, and a stamp or two may be late. Zero where the intervals show no
+    constant rate.
+
+    :param stamps: in their order [ns].
+    """
+    if len(stamps) < _MIN_STAMPS:
+        return 0.0
+    intervals = np.diff(np.array(stamps, np.int64)) / NANOSECONDS
+    period = np.sort(intervals)[(len(intervals) - 1) // 2]  # no median of two, one of them double
+    deviations = np.abs(intervals - np.rint(intervals / period) * period)
+    sigma = SIGMA_PER_MEDIAN * median(deviations) / math.sqrt(2)  # two stamps to an interval
+    return sigma if sigma < _MAX_SCATTER * period else 0.0

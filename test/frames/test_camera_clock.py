@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.frames.camera_clock import CameraClock
+from aick_ros.frames.camera_clock import CameraClock, scatter
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
 SETTLED = 100  # frames, after which the loop has converged
@@ -265,3 +265,40 @@ def test_the_jitter_is_the_mean_square_of_the_first_errors():
     # of the line through three stamps, the last of which is e late, the fourth is 4/3 e early
     clock.correct(NANOSECONDS + 3 * period)
     assert clock.jitter ** 2 == pytest.approx((1e-6 + (4 / 3 * 1e-3) ** 2) / 2, rel=1e-6)
+
+
+def jitters_at_the_start(share, missing, count=200):
+    """Return the jitter after 4 to 15 stamps of a camera with one, as its share, runs x 12."""
+    found = []
+    for seed in range(count):
+        clock, jitters = CameraClock(), []
+        for stamp in simulate(60.0, share / 60, 40, missing, seed)[1].tolist()[:15]:
+            clock.correct(stamp)
+            jitters.append(clock.jitter)
+        found.append(jitters[3:])
+    return np.array(found) * 60 / share
+
+
+@pytest.mark.parametrize('missing', [0.0, 0.1, 0.3])
+@pytest.mark.parametrize('share', [0.02, 0.1, 0.14])
+def test_the_jitter_is_seen_before_the_lock(share, missing):
+    """Also where much of it restarts the loop again and again."""
+    jitters = jitters_at_the_start(share, missing)
+    assert 0.8 < np.median(jitters) < 1.8
+    assert np.mean(jitters[:, :4] < 0.3) < 0.2
+    assert np.mean(jitters[:, 8:] < 0.3) < 0.05
+
+
+@pytest.mark.parametrize('missing', [0.1, 0.3])
+def test_missing_images_are_no_jitter(missing):
+    for seed in range(50):
+        clock = CameraClock()
+        for i, stamp in enumerate(simulate(60.0, 0.0, 40, missing, seed)[1].tolist()):
+            clock.correct(stamp)
+            assert clock.jitter < 1e-6 or i < 4
+
+
+def test_intervals_at_random_do_not_scatter_about_a_rate():
+    assert scatter([0, 10, 25, 43, 51, 70, 99, 104]) == 0.0
+    assert scatter([0, 100, 200, 306, 400, 500]) == pytest.approx(0.0, abs=1e-8)
+    assert scatter([0, 100]) == 0.0
