@@ -22,6 +22,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu
 
+from aick_ros.geometry.frame_tree import FrameTransform
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
@@ -41,9 +42,10 @@ class Known(Transforms):
     def __init__(self) -> None:
         pass
 
-    def find(self, target: str, source: str, stamp: int) -> np.ndarray:
+    def find(self, target: str, source: str, stamp: int, wait: float = 0.0,
+             largest_gap: int | None = None) -> FrameTransform:
         """Return no transform."""
-        return np.eye(4)
+        return FrameTransform(np.eye(4))
 
 
 class Load:
@@ -79,7 +81,7 @@ class Load:
             for _ in range(3):  # before the images, with them, and for the increment
                 self._gyroscope.term(self._keyframe, stamp)
             self._gyroscope.learn(self._keyframe, stamp, SEEN)
-        self._gravity.update(stamp, SEEN, SEEN, np.eye(4))
+        self._gravity.update(stamp, SEEN, SEEN, np.eye(4), SEEN)
         self.computing += time.thread_time() - start
 
 
