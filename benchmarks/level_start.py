@@ -5,25 +5,36 @@
 How level odom is, by the first accelerations and where poses are held back for more.
 
     python benchmarks/level_start.py FRAMES SEED...
+    python benchmarks/level_start.py FOLDER...
 
 Rendered rooms, 320x240 at 30 Hz, with a Kinect's noise: a camera that is carried from the first
 frame on, and one that rests for two seconds before. The tilt is the angle between z of odom and
 what is up, at the first pose and at the last one.
+
+A FOLDER of the TUM dataset has ``accelerometer.txt`` and ``groundtruth.txt``, by motion capture.
+Of it, the table has what is estimated of the accelerometer: its position along the axes of the
+colour camera (x right, y down, z forward), its time offset, and gravity in the last frame. Each
+sigma is the reported standard deviation, the largest one of all directions.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import cv2
 import numpy as np
+from weights import frames_of
 
+from aick_ros.evaluation.scores.ground_truth import true_pose
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry, OdometryUpdate
 from aick_ros.odometry.level_start import begun_level
 from aick_ros.settings import ImuSettings
@@ -72,9 +83,10 @@ def with_imu(frames: Frames, recording: SyntheticSource) -> Frames:
     return result
 
 
-def followed(frames: Frames, wait: float) -> tuple[list[OdometryUpdate], float]:
-    """Return the updates of an odometry, and how long they were held back [s]."""
-    odometry, made = Odometry(), list[int]()
+def followed(odometry: Odometry, frames: Frames, wait: float
+             ) -> tuple[list[OdometryUpdate], float]:
+    """Return the updates of a new odometry, and how long they were held back [s]."""
+    made = list[int]()
 
     def updates() -> Iterator[OdometryUpdate]:
         for frame in frames:
@@ -101,7 +113,8 @@ def rows(seed: int, count: int) -> Iterator[str]:
             recording = source(seed, count, model, rests)
             figures, held = list[float](), 0.0
             for wait in WAITS:
-                updates, held = followed(with_imu(frames, recording), wait)
+                updates, held = followed(
+                    Odometry(), with_imu(frames, recording), wait)
                 figures += [tilt(updates[i], recording.ground_truth.poses[i]) for i in (0, -1)]
             sigma = np.degrees(np.sqrt(updates[0].pose.covariance[3:5, 3:5].diagonal().max()))
             yield (f'| {seed}{", rests" if rests else ""} | {model} | {figures[0]:.2f} | '
@@ -109,17 +122,64 @@ def rows(seed: int, count: int) -> Iterator[str]:
                    f'{sigma:.1f} |')
 
 
-def main() -> None:
-    """Print a table."""
-    if len(sys.argv) < 3:
-        sys.exit(__doc__)
-    cv2.setNumThreads(1)
+def pose_at(truth: Trajectory, stamp: int) -> np.ndarray:
+    """Return ``T_world_camera`` by motion capture at a stamp [ns], 4x4."""
+    pose = true_pose(truth, stamp)
+    if pose is None:
+        raise SystemExit(f'the ground truth does not cover {stamp} ns')
+    return pose
+
+
+def row_of(folder: str) -> str:
+    """Return the row of a recording."""
+    frames, truth = frames_of(folder, sys.maxsize)
+    plain, _ = followed(Odometry(), frames, 0.0)
+    odometry = Odometry()
+    first = followed(odometry, frames, ImuSettings.level_wait)[0][0]
+    is_turned = not np.array_equal(first.T_odom_camera, plain[0].T_odom_camera)
+    gravity = odometry.gravity
+    known = gravity._filter
+    if known is None:
+        raise SystemExit(f'{folder} has no accelerations that were used')
+    seen_up = gravity._last.rotation.T @ known.up.vector  # in the axes of the camera
+    true_up = pose_at(truth, gravity._stamp)[2, :3]
+    error = np.degrees(np.arccos(np.clip(seen_up @ true_up, -1.0, 1.0)))
+    x, y, z = known.lever_arm
+    offset_sigma = math.sqrt(known.covariance[-1, -1])  # the last one of the states
+    return (f'| {Path(folder).name} | {tilt(first, pose_at(truth, first.stamp)):.1f} | '
+            f'{"yes" if is_turned else "no"} | {x:.2f}, {y:.2f}, {z:.2f} | '
+            f'{known.lever_arm_sigma:.2f} | {1e3 * known.time_offset:.0f} | '
+            f'{1e3 * offset_sigma:.0f} | {error:.1f} | {math.degrees(gravity.tilt_sigma):.1f} |')
+
+
+def print_recordings(folders: list[str]) -> None:
+    """Print a table of recordings."""
+    print('| recording | tilt at the start [deg] | turned | position [m] | sigma [m] | '
+          'time offset [ms] | sigma [ms] | gravity off at the end [deg] | sigma [deg] |\n'
+          '|---|---|---|---|---|---|---|---|---|')
+    for folder in folders:
+        print(row_of(folder), flush=True)
+
+
+def print_rooms(count: int, seeds: list[int]) -> None:
+    """Print a table of rendered rooms."""
     print('| room | IMU | first [deg] | last [deg] | held back [s] | first [deg] | last [deg] | '
           'sigma [deg] |\n|---|---|---|---|---|---|---|---|')
-    count = int(sys.argv[1])
-    for seed in map(int, sys.argv[2:]):
+    for seed in seeds:
         for line in rows(seed, count):
             print(line, flush=True)
+
+
+def main() -> None:
+    """Print a table."""
+    if len(sys.argv) < 2 or sys.argv[1].isdecimal() and len(sys.argv) < 3:
+        sys.exit(__doc__)
+    cv2.setNumThreads(1)
+    if sys.argv[1].isdecimal():
+        count, *seeds = map(int, sys.argv[1:])
+        print_rooms(count, seeds)
+    else:
+        print_recordings(sys.argv[1:])
 
 
 if __name__ == '__main__':
