@@ -6,10 +6,10 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from aick_ros.sources import OnDamaged, RgbdSource, SourceOptions, open_source
 @dataclass(frozen=True)
 class Request:
     """
-    What to read; it is sent to other processes as JSON.
+    What to read; it is sent to other processes.
 
     :param path: as :func:`aick_ros.sources.open_source` takes it.
     :param limit: maximum number of frames; None: all.
@@ -55,9 +55,10 @@ class Request:
         """Return the source."""
         return open_source(self.path, self.options)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the arguments of ``Request(**arguments)``."""
-        return dataclasses.asdict(self)
+    def from_any_folder(self) -> Request:
+        """Return the request that reads the same in a process that works in another folder."""
+        is_rendered = self.path.startswith('synthetic:')
+        return self if is_rendered else dataclasses.replace(self, path=os.path.abspath(self.path))
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,8 @@ class Recording:
         if len(stamps) < 2:
             raise InputError(f'{source.name} has {len(stamps)} usable frames: at least 2 are '
                              'required')
-        return cls(source.name, request, tuple(stamps), source.ground_truth, mask)
+        return cls(source.name, request.from_any_folder(), tuple(stamps), source.ground_truth,
+                   mask)
 
     def shown(self, frame: RgbdFrame) -> RgbdFrame:
         """Return a frame of the recording as all methods see it."""

@@ -4,7 +4,7 @@
 """Recordings that a benchmark can use, and the choice of their frame pairs."""
 
 import dataclasses
-import json
+import pickle
 from itertools import islice
 from types import SimpleNamespace
 
@@ -128,10 +128,24 @@ def test_damage_is_reported_by_the_scan(recording, monkeypatch):
     assert [str(error) for error in damaged] == ['torn']
 
 
-def test_a_request_opens_what_it_was_made_of_and_is_sent_as_json(monkeypatch):
+def test_a_recording_is_found_by_workers_in_other_folders(recording, tum_path, tmp_path,
+                                                          monkeypatch):
+    monkeypatch.chdir(tum_path.parent)
+    here = scan(Request(tum_path.name), 2)
+    monkeypatch.chdir(tmp_path)
+    stamps = [frame.stamp for frame in islice(here.request.open().frames(raise_damage), 2)]
+    assert here.stamps == tuple(stamps) == recording.stamps[:2]
+
+
+def test_what_is_rendered_is_in_no_folder():
+    request = Request('synthetic:3')
+    assert request.from_any_folder() == request
+
+
+def test_a_request_opens_what_it_was_made_of_and_is_sent_to_others(monkeypatch):
     opened = []
     monkeypatch.setattr(module, 'open_source', lambda *asked: opened.append(asked))
-    request = Request(**json.loads(json.dumps(Request('a', 5, 0.07).to_json())))
+    request = pickle.loads(pickle.dumps(Request('a', 5, 0.07)))
     request.open()
     assert request == Request('a', 5, 0.07)
     assert opened == [('a', SourceOptions(max_interval=0.07))]
@@ -141,6 +155,6 @@ def test_a_request_registers_depth(monkeypatch):
     opened, pose = [], (0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 1.0)
     monkeypatch.setattr(module, 'open_source', lambda *asked: opened.append(asked))
     request = Request('a', None, 0.07, True, '/info', pose)
-    Request(**json.loads(json.dumps(request.to_json()))).open()
+    pickle.loads(pickle.dumps(request)).open()
     assert opened == [('a', SourceOptions(max_interval=0.07, register_depth=True,
                                           depth_info_topic='/info', depth_in_colour=pose))]
