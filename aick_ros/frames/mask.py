@@ -185,10 +185,11 @@ class ImageMask:
                              f'width to height; {_REMEDY}')
 
 
-def mask_of(settings: SensorSettings) -> ImageMask | None:
+def mask_of(settings: SensorSettings, given_by: str = 'sensor.mask') -> ImageMask | None:
     """
     Return the mask that the settings name, None where images are used everywhere.
 
+    :param given_by: name of the parameter or option that the file is from, for errors.
     :raises InputError: where its file cannot be read, or is no mask.
     """
     if not settings.mask:
@@ -199,9 +200,9 @@ def mask_of(settings: SensorSettings) -> ImageMask | None:
         status = os.stat(path)
     except (OSError, ValueError) as error:  # ValueError: NUL in the name
         reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f'cannot read the mask (sensor.mask) {path}: {reason}; '
+        raise InputError(f'cannot read the mask ({given_by}) {path}: {reason}; '
                          f'{_ALTERNATIVES}') from None
-    return _read(path, settings.roi_ratios, status.st_mtime_ns, status.st_size)
+    return _read(path, given_by, settings.roi_ratios, status.st_mtime_ns, status.st_size)
 
 
 @functools.lru_cache(maxsize=4)  # as below
@@ -210,11 +211,12 @@ def _by(roi_ratios: tuple[float, ...]) -> ImageMask:
 
 
 @functools.lru_cache(maxsize=4)  # several registrars of one camera; chosen
-def _read(path: str, roi_ratios: tuple[float, ...], changed: int, size: int) -> ImageMask:
+def _read(path: str, given_by: str, roi_ratios: tuple[float, ...], changed: int,
+          size: int) -> ImageMask:
     """Return the mask in a file, which was changed at a time [ns] and has a size [byte]."""
-    name = f'the mask {path} (sensor.mask)'
+    name = f'the mask {path} ({given_by})'
     try:
-        content = read_bytes(Path(path), 'the mask (sensor.mask)', MAX_MESSAGE_BYTES)
+        content = read_bytes(Path(path), f'the mask ({given_by})', MAX_MESSAGE_BYTES)
     except InputError as error:
         raise InputError(f'{error}; {_ALTERNATIVES}') from None
     kind = format_of(content)

@@ -207,6 +207,20 @@ def test_a_file_that_is_no_mask_is_named(tmp_path, make, words):
     assert 'sensor.mask' in str(raised.value)
 
 
+def test_errors_name_the_option_that_gave_the_mask(tmp_path):
+    """Also where another one has named the same file before."""
+    settings = saved(tmp_path / 'm.png', np.zeros((48, 64, 3), np.uint8))
+    for name in ('sensor.mask', '--mask'):
+        with pytest.raises(InputError, match=rf'm.png \({name}\) has 3 channels'):
+            mask_of(settings, name)
+    saved(tmp_path / 'm.png')
+    mask_of(settings)
+    with pytest.raises(InputError, match=r'm.png \(--mask\) has 64 x 48 pixels and the images'):
+        mask_of(settings, '--mask').applied(frame_of(40, 70))
+    with pytest.raises(InputError, match=r'cannot read the mask \(--mask\) .*none.png'):
+        mask_of(SensorSettings(mask=str(tmp_path / 'none.png')), '--mask')
+
+
 def test_a_name_that_no_file_can_have_is_rejected():
     with pytest.raises(InputError, match=r'cannot read the mask \(sensor.mask\) .*; name a PNG'):
         mask_of(SensorSettings(mask='a\0b'))

@@ -85,7 +85,8 @@ class Recording:
         :raises InputError: where it has no ground truth, or fewer than two frames, or where the
             mask cannot be read or does not fit them.
         """
-        source, mask = request.open(), mask_of(SensorSettings(mask=request.mask))
+        source = request.open()
+        mask = mask_of(SensorSettings(mask=request.mask), '--mask')
         if source.ground_truth is None:
             raise InputError(f'{source.name} has no ground truth, which a benchmark requires: '
                              'remove it from the command')

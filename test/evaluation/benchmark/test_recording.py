@@ -95,10 +95,12 @@ def test_what_is_masked_makes_no_difference_to_any_method(recording, mask, name)
 
 def test_a_mask_that_cannot_be_used_is_said_before_the_run(recording, mask, tmp_path):
     request = dataclasses.replace(recording.request, mask=str(tmp_path / 'none.png'))
-    with pytest.raises(InputError, match='none.png: No such file or directory; name a PNG file'):
+    with pytest.raises(InputError, match=(
+            r'\(--mask\) .*none.png: No such file or directory; name a PNG file')):
         scan(request, 2)
     cv2.imwrite(mask, np.full((100, 100), 255, np.uint8))
-    with pytest.raises(InputError, match='has 100 x 100 pixels and the images 320 x 240'):
+    with pytest.raises(InputError, match=(
+            r'\(--mask\) has 100 x 100 pixels and the images 320 x 240')):
         scan(dataclasses.replace(request, mask=mask), 2)
 
 
