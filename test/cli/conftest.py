@@ -103,3 +103,12 @@ def pushed(recording):
             frame.stamp - np.arange(16, dtype=np.int64)[::-1] * 5_000_000,
             np.full((16, 3), np.nan), forces)))
     return frames
+
+
+@pytest.fixture(scope='session')
+def stuck(recording):
+    """Return frames with an accelerometer that is stuck, of an IMU without a gyroscope."""
+    return [dataclasses.replace(frame, imu=ImuSamples(
+        frame.stamp - np.arange(8, dtype=np.int64)[::-1] * 10_000_000,
+        np.full((8, 3), np.nan), np.tile([0.0, -9.8, 0.5], (8, 1))))
+        for frame in recording.frames(raise_damage)]

@@ -17,6 +17,7 @@ import typer
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import COMPLETE, Reading
+from aick_ros.cli.output.complaints import saying_complaints
 from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.run_folder import RunFolder
@@ -27,8 +28,6 @@ from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.run_summary import RunSummary, summarize
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
-from aick_ros.odometry.inertial.gravity import Gravity
-from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.level_start import begun_level
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -110,18 +109,15 @@ def _added(folder: RunFolder, records: Iterable[FrameRecord],
 def _updates(reading: Reading, settings: Settings,
              show: Callable[[int], None]) -> Iterator[FrameRecord]:
     odometry = Odometry(settings)
-    return begun_level(odometry, settings.imu, _records(reading, odometry, show))
+    records = saying_complaints(reading.name, odometry, _records(reading, odometry, show))
+    return begun_level(odometry, settings.imu, records)
 
 
 def _records(reading: Reading, odometry: Odometry,
              show: Callable[[int], None]) -> Iterator[FrameRecord]:
-    sensors: list[Gyroscope | Gravity] = [odometry.gyroscope, odometry.gravity]
     for count, frame in enumerate(reading.frames(reading.damage), 1):
         yield FrameRecord.of(odometry.register_frame(frame))
         show(count)
-        for sensor in [sensor for sensor in sensors if sensor.complaint]:
-            say(f'{reading.name}: {sensor.complaint}')
-            sensors.remove(sensor)  # it is said once
 
 
 def _write_report(folder: Path, summary: RunSummary, records: list[FrameRecord],

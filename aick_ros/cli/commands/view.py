@@ -20,6 +20,7 @@ from aick_ros.cli.input import options
 from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.input.ros import without_ros
+from aick_ros.cli.output.complaints import saying_complaints
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.target import check_target
 from aick_ros.cli.output.viewer import viewer
@@ -185,8 +186,8 @@ def _run(recording: RgbdSource, limit: int | None, settings: Settings, shown: Re
     count = 0
     with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as show:
         odometry = Odometry(settings)
-        for count, frame in enumerate(begun_level(
-                odometry, settings.imu, _registered(reading, odometry, show)), 1):
+        frames = saying_complaints(reading.name, odometry, _registered(reading, odometry, show))
+        for count, frame in enumerate(begun_level(odometry, settings.imu, frames), 1):
             shown.add(frame)
     if not count:
         raise InputError(f'{recording.name} has no usable frame')

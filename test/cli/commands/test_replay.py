@@ -29,7 +29,6 @@ from aick_ros.evaluation.runs.frames_csv import columns
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
-from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.trajectory import read_trajectory, stamp_to_seconds
 from aick_ros.odometry import Odometry
 from aick_ros.registration.stage_times import STAGES
@@ -128,13 +127,8 @@ def test_files_have_the_values_of_the_odometry(paper_fast, recording, updates):
     assert 'ATE' in outcome.out
 
 
-def test_a_sensor_that_is_not_used_is_named_once(replay, recording, in_memory):
-    """An accelerometer that is stuck, of an IMU without a gyroscope."""
-    frames = [dataclasses.replace(frame, imu=ImuSamples(
-        frame.stamp - np.arange(8, dtype=np.int64)[::-1] * 10_000_000,
-        np.full((8, 3), np.nan), np.tile([0.0, -9.8, 0.5], (8, 1))))
-        for frame in recording.frames(raise_damage)]
-    outcome, _ = replay(in_memory(frames, recording.ground_truth), '--preset', 'paper-fast')
+def test_a_sensor_that_is_not_used_is_named_once(replay, recording, stuck, in_memory):
+    outcome, _ = replay(in_memory(stuck, recording.ground_truth), '--preset', 'paper-fast')
     assert outcome.code == 0
     (sentence,) = outcome.err.splitlines()
     assert 'the accelerometer has reported (0, -9.8, 0.5) m/s^2 for 0.' in sentence

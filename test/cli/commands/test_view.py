@@ -105,6 +105,15 @@ def test_a_recording_begins_as_level_as_a_run(aick, pushed, in_memory, tmp_path,
     assert len(found['/world/camera/image/EncodedImage:blob']) == len(pushed)
 
 
+def test_a_sensor_that_is_not_used_is_named_once(aick, stuck, in_memory, monkeypatch):
+    monkeypatch.setattr(view_module, 'open_source', lambda *_: in_memory(stuck))
+    outcome = aick('view', 'stuck', '--save', 'x.rrd', '--preset', 'paper-fast')
+    assert outcome.code == 0
+    sentence, end = outcome.err.splitlines()
+    assert sentence.startswith('aick: in memory: the accelerometer has reported (0, -9.8, 0.5) ')
+    assert 'opens what was written' in end
+
+
 def test_a_run_is_shown_without_its_recording(aick, folder, tmp_path):
     assert aick('replay', folder, '--limit', FRAMES).code == 0
     assert aick('view', 'runs/latest', '--save', 'run.rrd').code == 0
