@@ -14,7 +14,7 @@ import socket
 import sys
 import tempfile
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from pathlib import Path
 
@@ -22,6 +22,7 @@ import hypothesis
 import pytest
 
 from aick_ros.evaluation.benchmark import dead_reckoning
+from aick_ros.evaluation.engine.scratch_folder import scratch_folder
 from aick_ros.sources.synthetic import renderer, source
 from aick_ros.sources.synthetic.atlas import Atlas
 from aick_ros.sources.synthetic.corridor import corridor
@@ -55,11 +56,11 @@ def terminal():
 
 
 def pytest_configure(config):
-    """Make the folder of the scenes that all processes of this run share."""
+    """Make the folder of scenes of all processes of this run; those of killed runs go."""
     if 'PYTEST_XDIST_WORKER' not in os.environ:
-        folder = tempfile.TemporaryDirectory(prefix='aick_ros_scenes_')
-        config.add_cleanup(folder.cleanup)
-        os.environ['AICK_ROS_SCENES'] = folder.name
+        stack = ExitStack()
+        config.add_cleanup(stack.close)
+        os.environ['AICK_ROS_SCENES'] = str(stack.enter_context(scratch_folder()))
 
 
 @pytest.hookimpl(wrapper=True)

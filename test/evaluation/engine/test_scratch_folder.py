@@ -3,6 +3,7 @@
 
 """Temporary folders through errors and kills, beside those of other commands."""
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -55,6 +56,13 @@ def test_that_of_a_process_that_was_killed_is_removed_by_the_next_and_no_other(t
             assert not (temporary / left).exists()
             assert (mine / 'copy').exists()
     assert {path.name for path in temporary.iterdir()} == {'data', foreign.name}
+
+
+def test_scenes_of_this_run_stay_while_other_runs_begin():
+    scenes = Path(os.environ['AICK_ROS_SCENES'])
+    with scratch_folder(str(scenes.parent)) as other:
+        assert other.name.startswith('aick-scratch-') and scenes.name.startswith('aick-scratch-')
+        assert scenes.is_dir()
 
 
 def test_processes_of_this_machine_work_where_the_settings_of_dask_say(tmp_path, monkeypatch):
