@@ -18,7 +18,7 @@ from aick_ros.odometry.reference import Reference, References
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.result import Registration
 from aick_ros.registration.systematic_error import (
-    errors_of_focal_lengths, errors_of_offset, errors_of_stamps)
+    errors_of_focal_lengths, errors_of_offset, errors_of_scale, errors_of_stamps)
 
 
 class Increments:
@@ -26,16 +26,20 @@ class Increments:
     Measures the motion since the last tracked frame by registrations of both to one keyframe.
 
     What both have in common cancels. What is left is noise, and by how much the motion follows a
-    bias between keypoints and depth, a camera that may be misaligned and stamps that jitter. Other
-    sensors add their terms; after a loss it is added that the motion may be the one expected.
+    bias between keypoints and depth, a camera that may be misaligned, the scale of depth and
+    stamps that jitter. Other sensors add their terms; after a loss it is added that the motion may
+    be the one expected.
 
     :param misalignment: of the camera; what is not known of it is an error of each motion.
     :param bias: of increments of the camera; each one adds to what is known of it.
+    :param scale_sigma: standard deviation of the relative error of all depths.
     """
 
     def __init__(self, expected: ExpectedMotion, motion_model: MotionModel,
-                 misalignment: MisalignmentEstimate, bias: IncrementBias) -> None:
+                 misalignment: MisalignmentEstimate, bias: IncrementBias,
+                 scale_sigma: float) -> None:
         self._expected, self._motion_model = expected, motion_model
+        self._scale_sigma = scale_sigma
         self._misalignment, self._bias = misalignment, bias
 
     def of(self, prepared: PreparedFrame, attempt: Attempt, references: References,
@@ -68,8 +72,9 @@ class Increments:
         increment = Increment(motion, seconds(last.stamp, prepared.stamp))
         change = np.zeros(6) if twist is None else increment.twist - twist
         timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)
-        return Increment(motion.with_covariance(motion.covariance + offset + focal + timing),
-                         increment.interval)
+        scale = errors_of_scale(motion.matrix, self._scale_sigma)
+        return Increment(motion.with_covariance(
+            motion.covariance + offset + focal + timing + scale), increment.interval)
 
     def _biased(self, seen: Registration, last: Reference
                 ) -> tuple[PoseWithCovariance, np.ndarray]:

@@ -37,7 +37,7 @@ _STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER = 0.005, 3.3
 Measured on a Kinect: about 5 ms, where stamps jitter by 1.2 to 3.3 ms. It is never below the
 jitter, and stamps that do not jitter have no error."""
 
-_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER = 0.016, 12.0
+_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER = 0.02, 20.0
 """Standard deviation of the common delay of all stamps [s], and its bound by the jitter.
 
 Measured on a Kinect: 15 to 25 ms, where stamps jitter by 1.2 to 3.3 ms."""
@@ -150,6 +150,20 @@ def errors_of_focal_lengths(motion: np.ndarray, errors: np.ndarray,
     by_depth = gain @ across
     by_errors = np.column_stack([across - by_depth, by_depth])
     covariance: np.ndarray = by_errors @ errors @ by_errors.T
+    return covariance
+
+
+def errors_of_scale(motion: np.ndarray, sigma: float) -> np.ndarray:
+    """
+    Return the covariance that a relative error of all depths adds to a motion, 6x6.
+
+    The scene seems larger by as much, and so does the translation. No residual shows it.
+
+    :param motion: ``T_target_source`` or the motion between two such poses, 4x4.
+    :param sigma: standard deviation of the error.
+    """
+    covariance = np.zeros((6, 6))
+    covariance[:3, :3] = sigma ** 2 * np.outer(motion[:3, 3], motion[:3, 3])
     return covariance
 
 

@@ -20,7 +20,7 @@ from aick_ros.registration.prediction import Prediction
 from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import (
-    SystematicError, errors_of_focal_lengths, errors_of_offset)
+    SystematicError, errors_of_focal_lengths, errors_of_offset, errors_of_scale)
 
 NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the bias
 OWN = se3.skew([0.1, 0.2, 0.3]) @ se3.skew([0.1, 0.2, 0.3]).T
@@ -199,11 +199,11 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
     assert variance(0.0, 0.001) == pytest.approx(0.0, abs=1e-15)
     assert variance(0.01, 0.001, None) == pytest.approx(0.0, abs=1e-15)
     one = variance(0.01, 0.001)
-    # along each of three axes a third of (delay * change of speed)^2, the delay being 12 jitters
-    assert one == pytest.approx((12 * 0.001 * 0.01 / PERIOD) ** 2 / 3)
+    # along each of three axes a third of (delay * change of speed)^2, the delay being 20 jitters
+    assert one == pytest.approx((20 * 0.001 * 0.01 / PERIOD) ** 2 / 3)
     assert variance(0.02, 0.001) == pytest.approx(4 * one)
     assert variance(0.01, 0.0005) == pytest.approx(one / 4)
-    assert variance(0.01, 0.004) == pytest.approx((0.016 * 0.01 / PERIOD) ** 2 / 3)
+    assert variance(0.01, 0.004) == pytest.approx((0.02 * 0.01 / PERIOD) ** 2 / 3)
 
 
 def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
@@ -212,7 +212,7 @@ def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
     source, target = view(2, jitter), view(1, jitter)
     complete = used().add_to(registration(motion), source, target, ExpectedPose(np.eye(4), PERIOD))
     assert (complete.covariance - OWN)[0, 0] == pytest.approx(
-        (12 * jitter * 0.01 / PERIOD) ** 2 / 3)
+        (20 * jitter * 0.01 / PERIOD) ** 2 / 3)
 
 
 def test_a_delay_is_corrected_by_a_velocity_that_lags():
@@ -252,7 +252,7 @@ def test_the_order_of_the_two_frames_does_not_matter(stamps):
     moved = registration(se3.exp([0, 0.01, 0, 0, 0, 0]))
     complete = used().add_to(moved, source, target, ExpectedPose(np.eye(4), PERIOD))
     assert (complete.covariance - OWN)[0, 0] == pytest.approx(
-        (12 * 0.001 * 0.01 / PERIOD) ** 2 / 3)
+        (20 * 0.001 * 0.01 / PERIOD) ** 2 / 3)
     assert complete.timing[1, 1] > 2 * (3.3 * 0.001 * 0.01) ** 2
 
 
@@ -325,3 +325,15 @@ def test_focal_lengths_err_by_what_follows_each():
     by_one = errors_of_focal_lengths(motion, np.diag([1e-4, 0.0]), 0 * gain)
     np.testing.assert_allclose(by_both, (0.75 ** 2 + 4 * 0.25 ** 2) * by_one)
     assert not errors_of_focal_lengths(motion, np.full((2, 2), 1e-4), gain)[[2, 5]].any()
+
+
+def test_all_depths_too_long_by_one_factor_let_the_translation_seem_as_much_longer():
+    motion, scale = se3.exp([0.3, -0.1, 0.2, 0.2, -0.1, 0.3]), 1.01
+    points = np.random.default_rng(1).uniform([-1.0, -1.0, 1.0], [1.0, 1.0, 3.0], (50, 3))
+    seen = motion.copy()
+    seen[:3, 3] *= scale
+    np.testing.assert_allclose(  # what is seen moves by this motion
+        se3.transform(seen, scale * points), scale * se3.transform(motion, points), atol=1e-12)
+    np.testing.assert_allclose(
+        errors_of_scale(motion, 0.01),
+        np.outer(*2 * [se3.difference(seen, motion)]), atol=1e-12)

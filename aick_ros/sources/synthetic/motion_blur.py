@@ -23,7 +23,7 @@ def motion_blur(colour: np.ndarray, depth: np.ndarray, camera: Camera,
     :param depth: HxW float32 [m].
     :param T_start_end: motion of the camera during the exposure, 4x4.
     """
-    flow_u, flow_v = _flow(depth, camera, se3.log(T_start_end).astype(np.float32))
+    flow_u, flow_v = optical_flow(depth, camera, se3.log(T_start_end).astype(np.float32))
     longest = float(np.sqrt(np.max(flow_u ** 2 + flow_v ** 2)))
     taps = min(_MOST_TAPS, int(np.ceil(longest)))
     if taps < 2:
@@ -38,8 +38,8 @@ def motion_blur(colour: np.ndarray, depth: np.ndarray, camera: Camera,
     return (total // taps).astype(np.uint8)
 
 
-def _flow(depth: np.ndarray, camera: Camera,
-          twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def optical_flow(depth: np.ndarray, camera: Camera,
+                 twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the optical flow, u and v, each HxW [px], of a small twist of the camera."""
     right, down, forward, *turn = twist
     x = ((np.arange(camera.width) - camera.cx) / camera.fx).astype(np.float32)

@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Cameras drawn at random: how many are lost, and whether their covariances are right.
+
+    python benchmarks/random_cameras.py [--frames N] FIRST [LAST]
+
+The number of a camera draws its resolution, field of view, rate, kind of depth noise and speed,
+the room, and the flaws that it has: a rolling shutter, a delay, a wrong registration of depth to
+colour, a lens, a scale, jitter and latency of its stamps, images that are repeated or missing,
+holes, and a short range. Printed are the frames that were lost, those in which keypoints seem to
+move by themselves, which none do in a static scene, the root mean square of the error of the
+positions, the mean NEES of the increments, which is 6 where their covariance is right, and the
+share of them inside their 95 % ellipsoid.
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import NamedTuple
+
+if __name__ == '__main__':
+    from one_thread import restart_in_one_thread
+    restart_in_one_thread()
+
+import numpy as np
+from flawed_camera import FlawedCamera, Flaws
+from weights import SENSORS
+
+from aick_ros.evaluation.scores.consistency import Consistency
+from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
+from aick_ros.evaluation.scores.run_errors import RunErrors
+from aick_ros.evaluation.scores.statistics import root_mean_square
+from aick_ros.evaluation.scores.trajectory_errors import compare
+from aick_ros.geometry.camera import Camera
+from aick_ros.odometry import Odometry
+
+FRAMES = 80
+SIZES = (640, 480), (640, 360), (424, 240), (320, 240), (320, 180), (848, 480)
+FIELD_OF_VIEW = 50.0, 95.0  # deg, across
+RATES = 10.0, 15.0, 30.0, 60.0  # Hz
+SPEED = 0.5, 3.0  # by that of a careful hand
+CONSISTENT = 2.0, 7.5  # mean NEES
+HEAD = ('| camera | | flaws | lost | with objects | ATE [mm] | mean NEES | inside 95 % |\n'
+        '|---|---|---|---|---|---|---|---|')
+
+
+class Drawn(NamedTuple):
+    """A camera that was drawn, and its name."""
+
+    camera: FlawedCamera
+    name: str
+
+    @classmethod
+    def of(cls, number: int, frames: int) -> Drawn:
+        """Return the camera of a number."""
+        rng = np.random.default_rng([number, 1])
+        width, height = SIZES[rng.integers(len(SIZES))]
+        view, rate = rng.uniform(*FIELD_OF_VIEW), float(rng.choice(RATES))
+        focal = width / 2 / np.tan(np.radians(view / 2))
+        kind = str(rng.choice(list(SENSORS)))
+        speed = float(np.exp(rng.uniform(*np.log(SPEED))))
+        flaws = Flaws.drawn(rng, rate)
+        camera = Camera(width, height, focal, focal, (width - 1) / 2, (height - 1) / 2)
+        return cls(FlawedCamera(number, frames, camera, rate, kind, speed, flaws),
+                   f'{width}x{height}, {view:.0f} deg, {rate:.0f} Hz, {kind}, x{speed:.1f} '
+                   f'| {flaws}')
+
+
+class Found(NamedTuple):
+    """What the odometry made of a camera."""
+
+    lost: int
+    moving: int
+    ate: float
+    consistency: Consistency
+
+    @classmethod
+    def of(cls, camera: FlawedCamera) -> Found:
+        """Return it."""
+        frames, truth = camera.recording()
+        odometry = Odometry()
+        updates = [odometry.register_frame(frame) for frame in frames]
+        records = [FrameRecord.of(update) for update in updates]
+        errors = compare(trajectory_of(records), truth)
+        assert errors is not None  # the poses have the stamps of the truth
+        return cls(sum(not update.status.ok for update in updates),
+                   sum('move' in update.reason for update in updates),
+                   root_mean_square(errors.positions()), Consistency.of(
+                       error.nees for error in RunErrors.of(records, truth).accepted))
+
+    @property
+    def is_consistent(self) -> bool:
+        """Whether the mean NEES is what a right covariance gives, or somewhat less."""
+        low, high = CONSISTENT
+        return low <= (self.consistency.nees_mean or 0.0) <= high
+
+    def __str__(self) -> str:
+        """Return the cells of a row."""
+        return (f'{self.lost} | {self.moving} | {1e3 * self.ate:.1f} | '
+                f'{self.consistency.nees_mean or 0.0:.1f} | '
+                f'{self.consistency.inside_95 or 0.0:.2f}')
+
+
+def main() -> None:
+    """Print the table, and what is to be looked at."""
+    parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
+    parser.add_argument('first', type=int, metavar='FIRST')
+    parser.add_argument('last', type=int, nargs='?', metavar='LAST')
+    parser.add_argument('--frames', type=int, default=FRAMES, help='of each camera')
+    options = parser.parse_args()
+    print(HEAD)
+    found = {}
+    for number in range(options.first, (options.last or options.first) + 1):
+        drawn = Drawn.of(number, options.frames)
+        found[number] = Found.of(drawn.camera)
+        print(f'| {number} | {drawn.name} | {found[number]} |', flush=True)
+    low, high = CONSISTENT
+    for name, numbers in (
+            ('frames lost', [n for n, each in found.items() if each.lost]),
+            ('objects in a static scene', [n for n, each in found.items() if each.moving]),
+            (f'mean NEES not {low:g} to {high:g}', [
+                n for n, each in found.items() if not each.is_consistent])):
+        print(f'\n{name}: {", ".join(map(str, numbers)) or "none"}')
+
+
+if __name__ == '__main__':
+    main()
