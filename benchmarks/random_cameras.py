@@ -85,7 +85,7 @@ class Found(NamedTuple):
         records = [FrameRecord.of(update) for update in updates]
         errors = compare(trajectory_of(records), truth)
         assert errors is not None  # the poses have the stamps of the truth
-        return cls(sum(not update.status.ok for update in updates),
+        return cls(sum(update.status.is_lost for update in updates),
                    sum('move' in update.reason for update in updates),
                    root_mean_square(errors.positions()), Consistency.of(
                        error.nees for error in RunErrors.of(records, truth).accepted))

@@ -21,7 +21,7 @@ _VARIANCE_GAIN = 0.05  # of the mean squared jitter: an exponential window of 20
 _MAX_PHASE_ERROR = 0.25  # periods; stamps with a larger error are outliers
 _MIN_LOCK_COUNT = 15  # inliers required before corrections are made
 _MIN_STAMPS = 3  # by definition: stamps with more than one interval
-_MAX_SCATTER = 0.25  # periods; derived: stamps at random scatter by 0.26 in the median
+_MAX_SCATTER = 0.005  # s; chosen: a camera whose images scatter by more is rather on a trigger
 _MIN_JITTER_COUNT = 2  # inliers required before the jitter is measured
 _OUTLIER_DECAY = 0.5  # outliers forgotten per inlier
 _MAX_OUTLIERS = 3  # chosen; beyond it the lock is lost
@@ -114,8 +114,8 @@ def scatter(stamps: Sequence[int]) -> float:
     """
     Return the standard deviation of stamps about a constant rate, by their intervals [s].
 
-    Robust: images may be missing, and a stamp or two may be late. Zero where the intervals show no
-    constant rate.
+    Robust: images may be missing, and a stamp or two may be late. It is limited, as images may
+    have no rate at all.
 
     :param stamps: in their order [ns].
     """
@@ -125,4 +125,4 @@ def scatter(stamps: Sequence[int]) -> float:
     period = np.sort(intervals)[(len(intervals) - 1) // 2]  # no median of two, one of them double
     deviations = np.abs(intervals - np.rint(intervals / period) * period)
     sigma = SIGMA_PER_MEDIAN * median(deviations) / math.sqrt(2)  # two stamps to an interval
-    return sigma if sigma < _MAX_SCATTER * period else 0.0
+    return min(sigma, _MAX_SCATTER)
