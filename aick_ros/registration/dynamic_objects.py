@@ -14,6 +14,10 @@ depth agree far better there, that is the motion of the camera. If many keypoint
 the two, all evidence about them is added up. Either counts only where the two differ by more than
 both may err. If not, and the first motion is that of objects which have moved before, it is
 rejected; if it is sudden, the images decide between the two poses.
+
+Across a plane far behind an object, one turn and shift of the camera explains what both show. So
+a motion that exceeds the one expected is compared with that of the tracks on no known object. If
+these continue the motion expected, they are the scene.
 """
 
 from __future__ import annotations
@@ -25,9 +29,10 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.pose_fusion import fused, with_measurement
+from aick_ros.geometry.pose_fusion import fused
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.expected_pose import ExpectedPose
+from aick_ros.registration.motion_prior import MotionPrior, differ
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.refinement import Refinement
@@ -39,11 +44,6 @@ from aick_ros.registration.unexpected_motion import is_same, sudden_acceleration
 from aick_ros.settings import Settings
 
 # All chosen on rendered rooms with boards that move through 10 to 60 % of the view.
-_PRIOR_FACTORS = 5.0 / 3.0, 1.0
-"""Standard deviations of the second pose's prior, by the sigmas of the motion model."""
-
-_LONGEST = 10.0  # s; a camera may be 250 m from where it was expected then: nothing is known
-
 _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
 _MOST = 0.5  # of the keypoints, that must be left without a small object
@@ -69,10 +69,8 @@ class DynamicObjectCheck:
         self._agreement = agreement
         self._acceleration = acceleration
         self._sensor = settings.sensor
-        sigmas = np.array([settings.odometry.acceleration_sigma,
-                           settings.odometry.angular_acceleration_sigma])
         self._sudden = sudden_accelerations(settings.odometry)
-        self._prior_sigmas = np.repeat(np.multiply(_PRIOR_FACTORS, sigmas), 3)
+        self._prior = MotionPrior(settings.odometry)
 
     def check(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
               expected: ExpectedPose) -> Registration:
@@ -88,11 +86,14 @@ class DynamicObjectCheck:
         if is_contradicted:
             found = self._without_small_objects(found, source, target)
             is_contradicted = self._agreement.is_lost_by(found, target)
+        beside = self._beside_known_objects(found, source, target, expected)
+        if beside is not None:
+            return beside
         sudden = suddenness(found.T_target_source, expected, self._sudden)
         if sudden <= 1.0 and not is_contradicted and not _has_moving(found.fit):
             return found
-        rest = self._without_keypoints_of(found, source, target, expected.T_target_source)
-        if (is_contradicted and _differ(found.pose, rest.pose)
+        rest = self._without_keypoints_of(found, source, target, expected)
+        if (is_contradicted and differ(found.pose, rest.pose)
                 and not _has_moved_before(rest.fit, found.fit)
                 and self._agreement.is_better_by(rest, found)):
             near = self._of_all_near(rest, found, source, target)
@@ -105,22 +106,36 @@ class DynamicObjectCheck:
             return dataclasses.replace(found, fit=dataclasses.replace(fit, objects=None))
         return compared
 
+    def _beside_known_objects(self, found: Registration, source: PreparedFrame,
+                              target: PreparedFrame,
+                              expected: ExpectedPose) -> Registration | None:
+        """Return the registration by what has not moved before, if only that moves as expected."""
+        if not self._prior.is_exceeded_by(found.pose, expected):
+            return None
+        scene = self._refinement.without_known_objects(source, target, expected.T_target_source)
+        if scene is None or not self._continues(scene, found, expected):
+            return None
+        result = _of_the_rest(found, scene, f'{len(scene.tracked)} keypoints beside what has '
+                              'moved before continue the motion')
+        return None if self._agreement.is_lost_by(result, target) else result
+
+    def _continues(self, rest: Refined, found: Registration, expected: ExpectedPose) -> bool:
+        """Return whether keypoints confirm a pose that moves as expected, unlike the one found."""
+        return rest.is_confirmed and self._prior.is_continued_by(rest.pose, found.pose, expected)
+
     def _is_one_motion(self, found: Registration, rest: Refined, expected: ExpectedPose) -> bool:
         """
         Return whether what seems to be on objects moves with the scene, as far as is known.
 
         What moves along a wall differs from the motion expected at least, and what has moved
-        before may move slowly now.
+        before may move slowly now. Few others of the scene say nothing about it.
         """
+        objects = None if found.fit is None else found.fit.objects
+        aside = 0 if objects is None else objects.count
         return (rest.is_confirmed and not _is_known(rest.fit)
-                and not _differ(found.pose, rest.pose)
-                and not _differ(self._prior(expected), rest.pose))
-
-    def _prior(self, expected: ExpectedPose) -> PoseWithCovariance:
-        """Return the motion expected, with its covariance by the motion model."""
-        elapsed = min(expected.elapsed, _LONGEST)
-        return PoseWithCovariance(expected.T_target_source, np.diag(
-            (0.5 * self._prior_sigmas * elapsed ** 2) ** 2))
+                and len(rest.tracked) > _MOST * aside
+                and not differ(found.pose, rest.pose)
+                and not self._prior.is_exceeded_by(rest.pose, expected))
 
     def _compared(self, found: Registration, rest: Refined, source: PreparedFrame,
                   target: PreparedFrame, expected: ExpectedPose) -> Registration:
@@ -129,18 +144,19 @@ class DynamicObjectCheck:
             found, rest.applied_to(found, ''), expected.T_target_source,
             self._acceleration.sigmas(source.stamp, expected.elapsed))
         if motions is not None and motions.are_confirmed:
-            if motions.evidence > 0.0 and _differ(found.pose, rest.pose):
+            if motions.evidence > 0.0 and differ(found.pose, rest.pose):
                 near = self._of_all_near(rest, found, source, target)
                 return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
                                     f'{len(near.tracked)} others with the scene')
             if motions.weaker_share > _CERTAIN_SHARE:
                 return found
-        second = fused(self._prior(expected), rest.pose)
-        if _is_known(found.fit) and _is_of_scene(rest.fit):
+        second = fused(self._prior.of(expected), rest.pose)
+        if _is_known(found.fit) and (_is_of_scene(rest.fit)
+                                     or self._continues(rest, found, expected)):
             # what moves along a wall is known by the motion expected alone
             return _at(second, found, rest,
                        f'{found.support} keypoints are on what has moved before',
-                       are_moving=_differ(found.pose, second))
+                       are_moving=differ(found.pose, second))
         if _has_moved_before(rest.fit, found.fit):
             return found
         sudden = suddenness(found.T_target_source, expected, self._sudden)
@@ -176,22 +192,23 @@ class DynamicObjectCheck:
             return _with_alternative(found, second.matrix, vote)
         reason = (f'{found.support} keypoints move by themselves, {vote.second:.0%} of the view '
                   'shows another motion')
-        return _at(second, found, rest, reason, are_moving=_differ(found.pose, rest.pose))
+        return _at(second, found, rest, reason, are_moving=differ(found.pose, rest.pose))
 
     def _without_keypoints_of(self, found: Registration, source: PreparedFrame,
-                              target: PreparedFrame, expected: np.ndarray) -> Refined:
+                              target: PreparedFrame, expected: ExpectedPose) -> Refined:
         """Return the pose from all keypoints but those that support a registration."""
-        is_free = np.ones(len(source.keypoints), bool)
+        first, is_free = expected.T_target_source, np.ones(len(source.keypoints), bool)
         if found.tracks is not None:
             is_free[found.tracks.keypoints] = False
         rest = np.flatnonzero(is_free)
         refined = self._refinement.refine(
-            dataclasses.replace(source, keypoints=source.keypoints[rest]), target, expected, None,
-            self._refinement.first_tracks.of_some(source, target, expected, rest), found.tracks)
-        if (len(refined.tracked) < FEWEST_TO_CONFIRM
-                or _is_known(found.fit) and _is_known(refined.fit)):  # use the depth images alone
+            dataclasses.replace(source, keypoints=source.keypoints[rest]), target, first, None,
+            self._refinement.first_tracks.of_some(source, target, first, rest), found.tracks)
+        if len(refined.tracked) < FEWEST_TO_CONFIRM or (
+                _is_known(found.fit) and _is_known(refined.fit)
+                and not self._continues(refined, found, expected)):  # use the depth images alone
             refined = dataclasses.replace(self._refinement.refine(
-                dataclasses.replace(source, keypoints=source.keypoints[:0]), target, expected,
+                dataclasses.replace(source, keypoints=source.keypoints[:0]), target, first,
                 None, None, found.tracks), bias=None)
         tracks = refined.tracked
         return dataclasses.replace(
@@ -210,21 +227,15 @@ def _at(pose: PoseWithCovariance, found: Registration, rest: Refined, reason: st
     Return a registration at the pose of the rest with a prior, by few keypoints or none.
 
     :param are_moving: whether it shows that the keypoints of the first one are on objects that
-        move; if not, those found before are kept.
+        move; if not, or if these are a small part of those found before, the latter are kept.
     """
-    fit = rest.fit
-    if fit is not None and not are_moving:
-        known = None if found.fit is None else found.fit.objects
+    fit, known = rest.fit, None if found.fit is None else found.fit.objects
+    if fit is not None and (not are_moving or known is not None
+                            and found.support < _MOST * known.count):
         fit = dataclasses.replace(fit, objects=known)
     return dataclasses.replace(
         _of_the_rest(found, rest, reason), T_target_source=pose.matrix, fit=fit,
         covariance=pose.covariance, systematic=np.zeros((6, 6)), evidence=Evidence.DEPTH)
-
-
-def _differ(one: PoseWithCovariance, other: PoseWithCovariance) -> bool:
-    """Return whether two poses differ by more than their errors, as once in a thousand times."""
-    fusion = with_measurement(one, other.matrix, np.eye(6), other.covariance)
-    return not fusion.is_of_noise
 
 
 def _has_moving(fit: Fit | None) -> bool:

@@ -39,6 +39,11 @@ class FoundObjects:
     source: Places
     target: Places
 
+    @property
+    def count(self) -> int:
+        """Number of tracks on objects."""
+        return len(self.source.objects)
+
     @classmethod
     def of(cls, scene: Tracks, objects: Tracks, T_target_source: np.ndarray,
            seen: int) -> FoundObjects:

@@ -50,10 +50,11 @@ def test_it_does_not_carry_the_camera_with_it(seed):
     assert np.linalg.norm(np.array(errors)[:, 3:], axis=1).max() < np.radians(1.0)
 
 
-def test_it_stays_known_before_a_wall(load):
-    """Depth shows no motion along the wall, which is most of what half a view leaves of a room."""
+@pytest.mark.parametrize('share, end', [(1 / 2, 90), (2 / 3, 95)])
+def test_it_stays_known_before_a_wall(load, share, end):
+    """Depth shows no motion along the wall, which is most of what a board leaves of a room."""
     passing = load(Path(__file__).parents[2] / 'benchmarks' / 'passing.py')
-    passage = passing.Passage(24, 0.5, 0.7, is_held=False)
-    seen = range(18, 90)  # until it would carry the camera along by a third of a metre
+    passage = passing.Passage(24, share, 0.7, is_held=False)
+    seen = range(18, end)  # until it would carry the camera along by a third of a metre
     frames = passing.measured(map(passage.picture, seen), 24)
     assert passing.errors_of(frames, passage.poses[seen.start:seen.stop]).largest < 100.0  # mm

@@ -18,6 +18,7 @@ from aick_ros.geometry.pose_fusion import fused
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck, _is_for_second
 from aick_ros.registration.expected_pose import ExpectedPose
+from aick_ros.registration.found_objects import FoundObjects, Places
 from aick_ros.registration.pose_vote import PoseVote
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.refined import Refined
@@ -234,9 +235,11 @@ class Played:
             refine=lambda *of: self.refined.append(of) or self.answers[len(self.refined) - 1],
             without_small_objects=lambda *of: self.small.append(of) or self.without_small,
             refine_near=lambda *of: self.near.append(of) or self.nearer,
+            without_known_objects=lambda *of: self.beside.append(of) or self.scene,
             first_tracks=SimpleNamespace(of_some=lambda *of: ('known tracks', *of)))
         self.near, self.nearer = [], self.answers[0]
         self.small, self.without_small = [], made.refined(70)
+        self.beside, self.scene = [], None  # nothing has moved before
         self.lost_by, self.better = [], []  # what agreement is asked for, and answers about it
         self.is_lost = False
         self.opinion._agreement = SimpleNamespace(
@@ -268,6 +271,12 @@ class Played:
 @pytest.fixture
 def play(monkeypatch, made):
     return lambda **values: Played(monkeypatch, made, **values)
+
+
+def objects(count):
+    """Return objects that some tracks show."""
+    places = Places(np.empty((0, 3)), np.ones((count, 3)), 0)
+    return FoundObjects(places, places)
 
 
 REST = np.setdiff1d(np.arange(100), np.arange(20) * 3)
@@ -494,7 +503,7 @@ def test_the_motion_of_what_has_moved_before_is_not_believed(play, made):
 @pytest.mark.parametrize('sigma, differs', [(0.001, True), (0.1, False)])
 def test_only_two_motions_that_differ_show_that_objects_move(play, made, sigma, differs):
     """Else nothing is known of objects, though the images vote for the other motion."""
-    now = 'objects now'
+    now = objects(70)
     rest = Fit(np.ones(3), 0.5, objects=now)
     played = play(tracked=(11, 0))
     played.answers = [dataclasses.replace(each, fit=rest, covariance=sigma ** 2 * np.eye(6))
@@ -507,11 +516,16 @@ def test_only_two_motions_that_differ_show_that_objects_move(play, made, sigma, 
     assert checked.fit.scene_share == 0.5
 
 
-@pytest.mark.parametrize('shift, known, is_shown', [
-    (0.0, 0.0, False), (0.0, 1.0, True), (0.05, 0.0, True)],
-    ids=['as the scene', 'as the scene, known', 'by itself'])
-def test_what_moves_with_the_scene_is_no_object(play, shift, known, is_shown):
-    """Its keypoints may have been put aside by noise; what has moved before may be slow now."""
+@pytest.mark.parametrize('shift, known, aside, is_shown', [
+    (0.0, 0.0, 59, False), (0.0, 0.0, 60, True), (0.0, 1.0, 59, True), (0.05, 0.0, 59, True)],
+    ids=['as the scene', 'few of them', 'as the scene, known', 'by itself'])
+def test_what_moves_with_the_scene_is_no_object(play, shift, known, aside, is_shown):
+    """
+    Its keypoints may have been put aside by noise; what has moved before may be slow now.
+
+    Few keypoints of the scene beside an object say nothing about it.
+    """
+    found = objects(aside)
     played = play()
     rest = se3.perturbed(EXPECTED, np.array([shift, 0, 0, 0, 0, 0]))
     played.answers = [dataclasses.replace(
@@ -519,26 +533,29 @@ def test_what_moves_with_the_scene_is_no_object(play, shift, known, is_shown):
         fit=Fit(np.ones(30), 0.5, known))]
     played.found = dataclasses.replace(
         played.found, T_target_source=EXPECTED, covariance=1e-6 * np.eye(6), bias=None,
-        fit=Fit(np.ones(70), 0.9, 0.0, 'objects'))
+        fit=Fit(np.ones(70), 0.9, 0.0, found))
     checked = played.check()
     np.testing.assert_array_equal(checked.T_target_source, EXPECTED)
-    assert checked.fit.objects == ('objects' if is_shown else None)
+    assert checked.fit.objects is (found if is_shown else None)
 
 
-@pytest.mark.parametrize('off, moves', [(AWAY, True), (SLIGHTLY, False)])
+@pytest.mark.parametrize('off, before, moves', [
+    (AWAY, 140, True), (AWAY, 141, False), (SLIGHTLY, 140, False)],
+    ids=['it moves', 'a small part moves', 'it moves slightly'])
 def test_what_has_moved_before_moves_still_if_it_differs_from_the_motion_expected(
-        play, made, off, moves):
+        play, made, off, before, moves):
     """Before a wall depth does not show it; else it stays known as long as it was."""
-    rest = Fit(np.ones(3), 0.5, objects='objects now')
+    now, known = objects(70), objects(before)
+    rest = Fit(np.ones(3), 0.5, objects=now)
     played = on_known_objects(play, made, 1.0, rest)
     played.answers = [dataclasses.replace(each, fit=rest, covariance=0.3 ** 2 * np.eye(6))
                       for each in played.answers]
     played.found = dataclasses.replace(
         played.found, T_target_source=se3.perturbed(EXPECTED, off), covariance=1e-8 * np.eye(6),
-        fit=Fit(np.ones(70), 1.0, 1.0, 'objects before'))
+        fit=Fit(np.ones(70), 1.0, 1.0, known))
     checked = played.check()
     assert checked.evidence is Evidence.DEPTH
-    assert checked.fit.objects == ('objects now' if moves else 'objects before')
+    assert checked.fit.objects is (now if moves else known)
     assert checked.fit.scene_share == 0.5
 
 
@@ -568,6 +585,65 @@ def test_where_both_are_on_what_has_moved_before_depth_decides_without_keypoints
     checked = played.check()
     assert len(played.refined) == 2 and len(played.refined[1][0].keypoints) == 0
     np.testing.assert_allclose(checked.T_target_source, played.second(1).matrix, atol=1e-12)
+
+
+@pytest.mark.parametrize('shift, is_scene', [(0.0, True), (0.2, False)],
+                         ids=['as expected', 'suddenly'])
+def test_of_what_has_moved_before_that_which_moves_as_expected_is_the_scene(
+        play, shift, is_scene):
+    """Where a board hides most of a room, keypoints of the rest are near to those on the board."""
+    rest = se3.perturbed(EXPECTED, np.array([shift, 0, 0, 0, 0, 0]))
+    played = play(tracked=(12, 0))
+    played.answers[0] = dataclasses.replace(
+        played.answers[0], T_target_source=rest, covariance=1e-6 * np.eye(6), bias=None,
+        fit=Fit(np.ones(12), 0.01, 1.0))
+    played.answers[1] = dataclasses.replace(played.answers[1], fit=Fit(np.ones(0), 0.01))
+    played.found = dataclasses.replace(played.found, covariance=1e-6 * np.eye(6), bias=None,
+                                       fit=Fit(np.ones(300), 1.0, 1.0))
+    checked = played.check()
+    assert len(played.refined) == (1 if is_scene else 2)  # once more by depth alone
+    if is_scene:
+        assert checked.reason == '70 keypoints are on what has moved before'
+        np.testing.assert_allclose(checked.T_target_source, rest, atol=1e-3)
+
+
+def beside(play, made, off, shift, confirmed=30):
+    """Return a check of a motion, and of that of the tracks on nothing that has moved before."""
+    played = play()
+    played.scene = dataclasses.replace(
+        made.refined(confirmed), covariance=1e-6 * np.eye(6),
+        T_target_source=se3.perturbed(EXPECTED, np.array([shift, 0, 0, 0, 0, 0])))
+    played.found = dataclasses.replace(
+        played.found, T_target_source=se3.perturbed(EXPECTED, off), covariance=1e-6 * np.eye(6))
+    return played
+
+
+def test_where_only_what_has_not_moved_before_continues_the_motion_it_is_the_scene(play, made):
+    """One turn and shift may explain a poster that moves, and a wall behind it, too."""
+    played = beside(play, made, AWAY, 0.001)
+    checked = played.check()
+    assert not played.refined and not played.voted
+    (source, target, pose), = played.beside
+    assert source is played.source and target is played.target and pose is EXPECTED
+    assert checked.T_target_source is played.scene.T_target_source
+    assert checked.covariance is played.scene.covariance and checked.measure is None
+    assert checked.reason == ('30 keypoints beside what has moved before continue the motion')
+
+
+@pytest.mark.parametrize('off, shift, confirmed', [
+    (0.01 * AWAY, 0.001, 30), (AWAY, 0.3, 30), (AWAY, 0.001, 11)],
+    ids=['both continue it', 'neither does', 'too few'])
+def test_otherwise_what_moves_is_found_as_without_a_memory(play, made, off, shift, confirmed):
+    """As where the camera itself is pushed."""
+    played = beside(play, made, off, shift, confirmed)
+    assert 'continue the motion' not in played.check().reason
+
+
+def test_nor_is_it_the_scene_where_depth_contradicts_it(play, made):
+    played = beside(play, made, AWAY, 0.001)
+    played.opinion._agreement.is_lost_by = lambda found, target: (
+        found.T_target_source is played.scene.T_target_source)
+    assert 'continue the motion' not in played.check().reason
 
 
 def test_a_motion_of_which_nothing_is_known_is_compared_without_a_prior(play):

@@ -39,3 +39,4 @@ def test_both_frames_see_them_where_they_are(scene_and_objects):
     np.testing.assert_allclose(found.target.objects, se3.transform(
         POSE, objects.points + [0.05, 0.0, -0.1]), atol=1e-9)
     assert found.source.seen == found.target.seen == NOW
+    assert found.count == 20

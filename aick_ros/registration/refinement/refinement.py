@@ -124,6 +124,19 @@ class Refinement:
         return self._solve(source, target, tracks, T_target_source, None,
                            least_share=_SMALL_SHARE)
 
+    def without_known_objects(self, source: PreparedFrame, target: PreparedFrame,
+                              T_target_source: np.ndarray) -> Refined | None:
+        """
+        Return a refined pose by tracks on no object that has moved before, whatever it shows.
+
+        :param T_target_source: first pose, 4x4.
+        :returns: None where nothing has moved before in the target.
+        """
+        if self._known_objects.of(target.stamp) is None:
+            return None
+        tracks = self.first_tracks.of(source, target, T_target_source)
+        return self._solve(source, target, tracks, T_target_source, None, least_share=None)
+
     def remember_objects(self, source: PreparedFrame, target: PreparedFrame,
                          fit: Fit | None) -> None:
         """Remember what moves by itself, by the fit of a registration that is accepted."""
@@ -144,7 +157,8 @@ class Refinement:
 
     def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
                pose: np.ndarray, predicted: Prediction | None,
-               moving: Tracks | None = None, least_share: float = LEAST_SHARE) -> Refined:
+               moving: Tracks | None = None,
+               least_share: float | None = LEAST_SHARE) -> Refined:
         self.count += 1
         problem = Problem(source, target, tracks, self._settings, self._sensor, self._noise)
         misalignment = self._misalignment.misalignment
@@ -156,7 +170,9 @@ class Refinement:
                 problem.correct(misalignment, predicted.twist_with(pose), pose)
             if i > _COARSE_STEPS and np.abs(step).max() < _SMALLEST_STEP:
                 break
-        return problem.finish(self._without_objects(problem, pose, least_share))
+        if least_share is not None:
+            pose = self._without_objects(problem, pose, least_share)
+        return problem.finish(pose)
 
     def _without_objects(self, problem: Problem, pose: np.ndarray,
                          least_share: float) -> np.ndarray:

@@ -87,3 +87,18 @@ def test_the_depth_of_an_object_whose_tracks_others_know_has_no_part(views, monk
     found = refinement.refine(bare, target, truth, moving=moving)
     assert error(found, views) < 0.002 and error(found, views) < 0.5 * error(without, views)
     assert found.fit.scene_share == pytest.approx(everything.fit.scene_share, abs=0.1)
+
+
+def test_what_has_moved_before_stays_excluded_though_the_pose_explains_it(views):
+    """As a turn and a shift may explain two motions; where nothing has moved there is no pose."""
+    source, target, truth = views
+    settings = Settings()
+    refinement = Refinement(settings.refinement, settings.sensor)
+    assert refinement.without_known_objects(source, target, truth) is None
+    found = refinement.refine(source, target, truth)
+    refinement.remember_objects(source, target, found.fit)
+    known = refinement.refine(target, target, np.eye(4))
+    beside = refinement.without_known_objects(target, target, np.eye(4))
+    assert known.fit.known_share > 0.2 and are_on_board(known.tracked).any()
+    assert beside.fit.known_share == 0.0 and not are_on_board(beside.tracked).any()
+    assert len(beside.tracked) > 50 and beside.fit.objects.count > 12

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The motion expected as a prior: which of two poses continues it.
+
+An object that moves before a camera shows a motion which begins at once. The scene beside it goes
+on as before. Two poses differ where they do by more than both may err.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.pose_fusion import with_measurement
+from aick_ros.registration.expected_pose import ExpectedPose
+from aick_ros.settings import OdometrySettings
+
+_FACTORS = 5.0 / 3.0, 1.0
+"""Standard deviations of the acceleration and of the angular one, by the sigmas of the motion
+model. Chosen on rendered rooms with boards that move through 10 to 60 % of the view."""
+
+_LONGEST = 10.0  # s; a camera may be 250 m from where it was expected then: nothing is known
+
+
+class MotionPrior:
+    """
+    Compares poses with the motion expected.
+
+    :param settings: the acceleration noise of the motion model.
+    """
+
+    def __init__(self, settings: OdometrySettings) -> None:
+        sigmas = settings.acceleration_sigma, settings.angular_acceleration_sigma
+        self._sigmas = np.repeat(np.multiply(_FACTORS, sigmas), 3)
+
+    def of(self, expected: ExpectedPose) -> PoseWithCovariance:
+        """Return the motion expected, with its covariance by the motion model."""
+        elapsed = min(expected.elapsed, _LONGEST)
+        return PoseWithCovariance(expected.T_target_source, np.diag(
+            (0.5 * self._sigmas * elapsed ** 2) ** 2))
+
+    def is_exceeded_by(self, pose: PoseWithCovariance, expected: ExpectedPose) -> bool:
+        """Return whether a pose ``T_target_source`` differs from the one expected."""
+        return differ(self.of(expected), pose)
+
+    def is_continued_by(self, pose: PoseWithCovariance, other: PoseWithCovariance,
+                        expected: ExpectedPose) -> bool:
+        """Return whether a pose does not differ from the one expected, and another one does."""
+        return (not self.is_exceeded_by(pose, expected) and self.is_exceeded_by(other, expected)
+                and differ(pose, other))
+
+
+def differ(one: PoseWithCovariance, other: PoseWithCovariance) -> bool:
+    """Return whether two poses differ by more than their errors, as once in a thousand times."""
+    fusion = with_measurement(one, other.matrix, np.eye(6), other.covariance)
+    return not fusion.is_of_noise
