@@ -1,17 +1,18 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Rendered rooms by cameras with flaws that neither their calibration nor their stamps tell of."""
+"""Rendered rooms by cameras with flaws that neither calibration nor stamps report."""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from other_views import holes
-from weights import SENSORS, TIME_OF_FLIGHT_SIGMA
+from weights import SENSORS, with_time_of_flight_noise
 
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
@@ -23,6 +24,7 @@ from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptio
 from aick_ros.sources.synthetic.motion_blur import optical_flow
 from aick_ros.sources.synthetic.path import HandheldPath
 from aick_ros.sources.synthetic.room import furnished_room
+from aick_ros.sources.synthetic.scene import Scene
 
 _STREAM = 77  # of the random numbers of a camera; a rendered source has its own
 
@@ -106,6 +108,12 @@ class _Faster:
         return self.path.pose(self.factor * time)
 
 
+@functools.lru_cache(maxsize=1)
+def room_of(seed: int) -> Scene:
+    """Return the furnished room of a seed."""
+    return furnished_room(seed)
+
+
 class FlawedCamera:
     """
     A rendered room by a camera with flaws.
@@ -119,13 +127,13 @@ class FlawedCamera:
 
     def __init__(self, seed: int, frames: int, camera: Camera, rate: float, kind: str,
                  speed: float, flaws: Flaws) -> None:
-        scene, self._rng = furnished_room(seed), np.random.default_rng([seed, _STREAM])
+        scene, rng = room_of(seed), np.random.default_rng([seed, _STREAM])
         self._seen = SyntheticSource(
             SyntheticOptions(seed=seed, frames=frames, rate=rate, camera=camera,
                              depth_delay=flaws.delay, depth=DepthSensor.perfect(),
                              colour=ColourSensor(sigma=0.0)),
-            scene, _Faster(HandheldPath(self._rng, scene.free), speed))
-        self._camera, self._flaws, self._kind = camera, flaws, kind
+            scene, _Faster(HandheldPath(rng, scene.free), speed))
+        self._camera, self._flaws, self._kind, self._seed = camera, flaws, kind, seed
         sensor = SENSORS[kind]
         self._depth = dataclasses.replace(
             sensor, max_depth=min(sensor.max_depth, flaws.max_depth))
@@ -134,6 +142,7 @@ class FlawedCamera:
     def recording(self) -> tuple[list[RgbdFrame], Trajectory]:
         """Return the frames and the true poses at their stamps."""
         frames: list[RgbdFrame] = []
+        self._rng = np.random.default_rng([self._seed, _STREAM, 1])
         for index in np.flatnonzero(self._rng.random(len(self._seen)) >= self._flaws.drops):
             frame = self._frame(int(index))
             if frames and self._rng.random() < self._flaws.repeats:
@@ -161,7 +170,7 @@ class FlawedCamera:
         T_first_last = se3.inverse(self._seen.pose(seen.stamp - half)) @ self._seen.pose(
             seen.stamp + half)
         flow = optical_flow(seen.depth, camera, se3.log(T_first_last).astype(np.float32))
-        share = v / camera.height - 0.5
+        share = (v + 0.5) / camera.height - 0.5
         columns = camera.cx + camera.fx * x * bent - share * flow[0]
         rows = camera.cy + camera.fy * y * bent - share * flow[1]
         return cv2.remap(seen.colour, columns.astype(np.float32), rows.astype(np.float32),
@@ -172,7 +181,7 @@ class FlawedCamera:
         flaws, rng = self._flaws, self._rng
         depth = self._depth.measure(depth, self._camera, rng)
         if self._kind == 'time-of-flight':
-            depth = depth + rng.normal(0.0, TIME_OF_FLIGHT_SIGMA, depth.shape)
+            depth = with_time_of_flight_noise(depth, rng)
         if flaws.holes:
             depth = holes(depth, rng, flaws.holes)
         depth = ((1 + flaws.scale) * depth).astype(np.float32)

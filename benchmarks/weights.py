@@ -47,6 +47,11 @@ SENSORS = {
 TIME_OF_FLIGHT_SIGMA = 0.006  # m, at all depths
 
 
+def with_time_of_flight_noise(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return a depth image with noise of one size at all depths, HxW float32 [m]."""
+    return depth + np.float32(rng.normal(0.0, TIME_OF_FLIGHT_SIGMA, depth.shape))
+
+
 def rendered(kind: str, seed: int, count: int) -> tuple[list[RgbdFrame], Trajectory]:
     """Return the first frames of a rendered room, with the ground truth."""
     if kind in KINDS:
@@ -57,8 +62,8 @@ def rendered(kind: str, seed: int, count: int) -> tuple[list[RgbdFrame], Traject
     frames = list(source.frames())
     if kind == 'time-of-flight':
         rng = np.random.default_rng(seed)
-        frames = [dataclasses.replace(frame, depth=frame.depth + np.float32(
-            rng.normal(0.0, TIME_OF_FLIGHT_SIGMA, frame.depth.shape))) for frame in frames]
+        frames = [dataclasses.replace(frame, depth=with_time_of_flight_noise(frame.depth, rng))
+                  for frame in frames]
     return frames, source.ground_truth
 
 

@@ -21,7 +21,10 @@ _VARIANCE_GAIN = 0.05  # of the mean squared jitter: an exponential window of 20
 _MAX_PHASE_ERROR = 0.25  # periods; stamps with a larger error are outliers
 _MIN_LOCK_COUNT = 15  # inliers required before corrections are made
 _MIN_STAMPS = 3  # by definition: stamps with more than one interval
-_MAX_SCATTER = 0.005  # s; chosen: a camera whose images scatter by more is rather on a trigger
+_MAX_SCATTER = 0.005  # s; chosen: drivers are late by less, and images on a trigger have no rate
+_MISSING = np.array([2, 3, 4])  # periods; chosen: of intervals where none is of a single one
+_MIN_DIVIDED = 3  # chosen: intervals required for that; two fit nearly any period
+_EXACT = 0.05  # periods; chosen: deviation below which intervals are of a divided period
 _MIN_JITTER_COUNT = 2  # inliers required before the jitter is measured
 _OUTLIER_DECAY = 0.5  # outliers forgotten per inlier
 _MAX_OUTLIERS = 3  # chosen; beyond it the lock is lost
@@ -117,12 +120,22 @@ def scatter(stamps: Sequence[int]) -> float:
     Robust: images may be missing, and a stamp or two may be late. It is limited, as images may
     have no rate at all.
 
-    :param stamps: in their order [ns].
+    :param stamps: strictly increasing [ns].
     """
     if len(stamps) < _MIN_STAMPS:
         return 0.0
     intervals = np.diff(np.array(stamps, np.int64)) / NANOSECONDS
-    period = np.sort(intervals)[(len(intervals) - 1) // 2]  # no median of two, one of them double
-    deviations = np.abs(intervals - np.rint(intervals / period) * period)
-    sigma = SIGMA_PER_MEDIAN * median(deviations) / math.sqrt(2)  # two stamps to an interval
+    shortest = np.sort(intervals)[(len(intervals) - 1) // 2]  # not of two, one of them double
+    deviation = _deviation(intervals, shortest)
+    if len(intervals) >= _MIN_DIVIDED:
+        for period in shortest / _MISSING:
+            divided = _deviation(intervals, period)
+            if divided < min(deviation, _EXACT * period):
+                deviation = divided
+    sigma = SIGMA_PER_MEDIAN * deviation / math.sqrt(2)  # an interval has two stamps
     return min(sigma, _MAX_SCATTER)
+
+
+def _deviation(intervals: np.ndarray, period: float) -> float:
+    """Return the median deviation of intervals from whole numbers of periods [s]."""
+    return median(np.abs(intervals - np.rint(intervals / period) * period))

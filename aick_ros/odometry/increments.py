@@ -32,7 +32,7 @@ class Increments:
 
     :param misalignment: of the camera; what is not known of it is an error of each motion.
     :param bias: of increments of the camera; each one adds to what is known of it.
-    :param scale_sigma: standard deviation of the relative error of all depths.
+    :param scale_sigma: standard deviation of the scale error of depth, as a share of it.
     """
 
     def __init__(self, expected: ExpectedMotion, motion_model: MotionModel,
@@ -55,7 +55,7 @@ class Increments:
         :param twist: body velocity at the last tracked frame [m/s, rad/s]; None: unknown.
         """
         if attempt.reference is not (references.depth_reference or references.keyframe):
-            return attempt.increment
+            return self._with_scale(attempt.increment)
         last = references.last
         increment = self._seen(prepared, attempt.seen, last, twist)
         if attempt.registration.is_by_depth:
@@ -72,9 +72,15 @@ class Increments:
         increment = Increment(motion, seconds(last.stamp, prepared.stamp))
         change = np.zeros(6) if twist is None else increment.twist - twist
         timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)
-        scale = errors_of_scale(motion.matrix, self._scale_sigma)
-        return Increment(motion.with_covariance(
-            motion.covariance + offset + focal + timing + scale), increment.interval)
+        return self._with_scale(Increment(
+            motion.with_covariance(motion.covariance + offset + focal + timing),
+            increment.interval))
+
+    def _with_scale(self, increment: Increment) -> Increment:
+        """Return a motion with the error of the scale of depth."""
+        pose = increment.pose
+        scale = errors_of_scale(pose.translation, self._scale_sigma)
+        return Increment(pose.with_covariance(pose.covariance + scale), increment.interval)
 
     def _biased(self, seen: Registration, last: Reference
                 ) -> tuple[PoseWithCovariance, np.ndarray]:

@@ -112,7 +112,7 @@ class Odometry:
         self._attempts = Attempts(settings, registrar, self._expected)
         self._increments = Increments(self._expected, self._motion_model,
                                       self._learned.misalignment, self._increment_bias,
-                                      settings.sensor.scale_sigma)
+                                      settings.sensor.depth_scale_sigma)
         self._repeated = RepeatedImages(self._motion_model, self._expected, self._other)
         self._keyframes = KeyframeChoice(settings, registrar)
         self._tracking.configure(settings, registrar, self._attempts, self._keyframes)

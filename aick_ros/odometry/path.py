@@ -21,6 +21,7 @@ from aick_ros.odometry.position_filter import PositionFilter
 from aick_ros.odometry.reference import Reference
 from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.systematic_error import errors_of_scale
 from aick_ros.settings import Settings
 
 
@@ -29,7 +30,8 @@ class Path:
     Adds up poses in a frame of their own, by dead reckoning, in the plane if there is one.
 
     What is published is corrected by keyframes that are found again and levelled by gravity, and
-    positions that are uncertain are held by the velocity.
+    positions that are uncertain are held by the velocity. It has the scale error of depth, by the
+    distance from where the path begins.
 
     :param turn: rotation between two stamps [ns] by a gyroscope, as for :class:`Gravity`.
     """
@@ -71,6 +73,7 @@ class Path:
 
     def _begin(self, pose: PoseWithCovariance) -> None:
         self._pose = pose
+        self._beginning = pose.translation.copy()  # of the published path, 3 [m]
         self._memory = None
         self._filter.reset()
         self.gravity.restart()
@@ -83,7 +86,10 @@ class Path:
     @property
     def published(self) -> PoseWithCovariance:
         """The last pose, corrected by keyframes found again, level, held by the motion before."""
-        return self.gravity.levelled(self._corrected) @ self._filter.T_measured_filtered
+        pose = self.gravity.levelled(self._corrected) @ self._filter.T_measured_filtered
+        scale = errors_of_scale(pose.translation - self._beginning,
+                                self._settings.sensor.depth_scale_sigma)
+        return pose.with_covariance(pose.covariance + scale)
 
     @property
     def _corrected(self) -> PoseWithCovariance:

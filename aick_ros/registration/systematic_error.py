@@ -40,7 +40,8 @@ jitter, and stamps that do not jitter have no error."""
 _LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER = 0.02, 20.0
 """Standard deviation of the common delay of all stamps [s], and its bound by the jitter.
 
-Measured on a Kinect: 15 to 25 ms, where stamps jitter by 1.2 to 3.3 ms."""
+Measured on a Kinect: 15 to 25 ms, where stamps jitter by 1.2 to 3.3 ms. All of it counts from a
+jitter of 1 ms on; chosen, below the smallest one measured."""
 
 _VELOCITY_LAG = 0.75
 """Age of the velocity that a delay is corrected by, in intervals between frames.
@@ -153,17 +154,19 @@ def errors_of_focal_lengths(motion: np.ndarray, errors: np.ndarray,
     return covariance
 
 
-def errors_of_scale(motion: np.ndarray, sigma: float) -> np.ndarray:
+def errors_of_scale(translation: np.ndarray, sigma: float) -> np.ndarray:
     """
-    Return the covariance that a relative error of all depths adds to a motion, 6x6.
+    Return the covariance that a scale error of depth adds to a pose, 6x6 [m^2, m rad, rad^2].
 
-    The scene seems larger by as much, and so does the translation. No residual shows it.
+    Depths that are all too long by a share lengthen translations by the same share, and turn
+    nothing. No residual shows it. All motions of a camera have the error in common: along a path
+    it does not add up as independent errors do.
 
-    :param motion: ``T_target_source`` or the motion between two such poses, 4x4.
-    :param sigma: standard deviation of the error.
+    :param translation: 3 [m].
+    :param sigma: standard deviation of the share.
     """
     covariance = np.zeros((6, 6))
-    covariance[:3, :3] = sigma ** 2 * np.outer(motion[:3, 3], motion[:3, 3])
+    covariance[:3, :3] = sigma ** 2 * np.outer(translation, translation)
     return covariance
 
 

@@ -32,10 +32,10 @@ class SensorSettings(Checked):
     depth_exponent: float = parameter(
         2.0, 'Exponent p of the depth noise: sigma = depth_sigma * depth^p; 2 for structured '
         'light and stereo, 0 to 1 for time of flight.', minimum=0.0, maximum=4.0)
-    scale_sigma: float = parameter(
-        0.005, 'Standard deviation of the relative error that all depths have in common: their '
-        'scale. Images do not show it; the covariance of the motion has it.',
-        minimum=0.0, maximum=0.3)
+    depth_scale_sigma: float = parameter(
+        0.005, 'Standard deviation of the scale error of depth, a share that all depths have in '
+        'common. Images cannot show it; it is added to the covariance of translations. 0: the '
+        'scale is exact.', minimum=0.0, maximum=0.3)
     depth_jump: float = parameter(
         0.02, 'Minimum relative depth difference between neighbouring pixels at a depth edge.',
         minimum=0.001, maximum=1.0)

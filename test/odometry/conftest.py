@@ -23,6 +23,7 @@ from aick_ros.registration.refinement.misalignment_estimate import MisalignmentE
 from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 
 CAMERA = Camera(12, 10, 10.0, 10.0, 5.5, 4.5)
 RNG = np.random.default_rng(21)
@@ -161,10 +162,14 @@ def attempt(to='keyframe', status=Status.OK, evidence=Evidence.KEYPOINTS, reason
         getattr(references, to), seen, registration, increment, status, reason)
 
 
+EXACT_SCALE = with_values(Settings(), {'sensor.depth_scale_sigma': 0.0})
+"""Poses have no error of the scale of depth."""
+
+
 class Steps:
     """An odometry made of such parts, with frames of one camera."""
 
-    def __init__(self, settings=Settings(), T_odom_camera=None, detector=None):
+    def __init__(self, settings=EXACT_SCALE, T_odom_camera=None, detector=None):
         self.odometry = Odometry(settings, T_odom_camera, detector)
 
     @staticmethod

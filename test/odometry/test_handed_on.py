@@ -19,6 +19,8 @@ from aick_ros.registration.result import Evidence, SensorBias
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import (
     errors_of_focal_lengths, errors_of_offset, errors_of_scale)
+from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 
 START = se3.exp([1.0, 2.0, 3.0, 0.3, -0.2, 0.5])
 DARK = Evidence.DEPTH_ALONE
@@ -27,11 +29,6 @@ DARK = Evidence.DEPTH_ALONE
 def assert_same(found, expected, atol=1e-12):
     np.testing.assert_allclose(found.matrix, expected.matrix, atol=atol)
     np.testing.assert_allclose(found.covariance, expected.covariance, atol=atol)
-
-
-def by_scale(motion):
-    """Return the covariance by the scale of depth, of which half a percent is not known."""
-    return errors_of_scale(motion, 0.005)
 
 
 @pytest.fixture
@@ -285,8 +282,7 @@ def test_an_increment_is_since_the_last_frame_with_the_terms_of_sensors(
     last = parts.asked('KeyframeChoice', 'advance')[0][1]
     seen, start, end = parts.asked('ExpectedMotion', 'fused_increment')[-1]
     assert (start, end) == (one.frame(0.1).stamp, update.stamp)
-    motion = last.motion_to(parts.attempt.seen)[0]
-    assert_same(seen.pose, motion.with_covariance(motion.covariance + by_scale(motion.matrix)))
+    assert_same(seen.pose, last.motion_to(parts.attempt.seen)[0])
     assert seen.interval == update.increment.interval == pytest.approx(0.1)
     assert_same(update.increment.pose, seen.pose @ parts.with_terms)
 
@@ -304,7 +300,7 @@ def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_t
     np.testing.assert_allclose(
         seen.pose.covariance - of_images,
         2 * 0.005 ** 2 * np.outer(velocity, velocity)
-        + 0.02 ** 2 / 3 * np.diag(changes.repeat(3)) + by_scale(seen.pose.matrix), atol=1e-12)
+        + 0.02 ** 2 / 3 * np.diag(changes.repeat(3)), atol=1e-12)
 
 
 @pytest.mark.parametrize('evidence, shown, gain', [
@@ -329,8 +325,21 @@ def test_an_increment_has_the_errors_of_a_camera_that_may_be_misaligned(
     np.testing.assert_allclose(
         seen.pose.covariance - motion.covariance,
         errors_of_offset(motion.matrix, offset, gain)
-        + errors_of_focal_lengths(motion.matrix, focal, gain) + by_scale(motion.matrix),
-        atol=1e-15)
+        + errors_of_focal_lengths(motion.matrix, focal, gain), atol=1e-15)
+
+
+@pytest.mark.parametrize('to', ['keyframe', 'last'])
+def test_an_increment_has_the_scale_error_of_depth(parts, steps, attempt_to, to):
+    """Before other sensors are fused, which have none; also of a frame registered to another."""
+    found, parts.attempts = [], [attempt_to(to)]
+    for sigma in (0.0, 0.03):
+        one = steps(with_values(Settings(), {'sensor.depth_scale_sigma': sigma}), START)
+        one.take(0.0)
+        update = one.take(0.1)
+        found.append(parts.asked('ExpectedMotion', 'fused_increment')[-1][0].pose
+                     if to == 'keyframe' else update.increment.pose)
+    np.testing.assert_allclose(found[1].covariance - found[0].covariance,
+                               errors_of_scale(found[0].translation, 0.03), atol=1e-15)
 
 
 def test_registered_to_another_frame_the_increment_is_that_registration(
@@ -360,10 +369,8 @@ def test_in_the_dark_an_increment_is_that_between_frames_of_one_shape(
                         attempt_to(to, evidence=DARK))
     if is_to_shape:
         last = parts.asked('KeyframeChoice', 'advance')[1][1]
-        motion = IncrementBias().add_to_depth_alone(
-            last.motion_to(parts.attempt.seen)[0], last.prepared.scene_depth)
-        assert_same(update.increment.pose, motion.with_covariance(
-            motion.covariance + by_scale(motion.matrix)))
+        assert_same(update.increment.pose, IncrementBias().add_to_depth_alone(
+            last.motion_to(parts.attempt.seen)[0], last.prepared.scene_depth))
         assert update.increment.interval == pytest.approx(0.1)
     else:
         assert_same(update.increment.pose, parts.attempt.increment.pose)

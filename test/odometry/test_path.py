@@ -11,6 +11,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.path import Path
+from aick_ros.registration.systematic_error import errors_of_scale
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
@@ -49,7 +50,21 @@ def test_it_moves_by_dead_reckoning_and_begins_anew_where_it_was_published():
     np.testing.assert_array_equal(moved.matrix, START @ MOTION)
     path.restart()
     np.testing.assert_array_equal(path.published.matrix, moved.matrix)
-    np.testing.assert_array_equal(path.published.covariance, moved.covariance)
+    scale = errors_of_scale((START @ MOTION - START)[:3, 3], 0.005)
+    np.testing.assert_allclose(path.published.covariance, moved.covariance + scale)
+
+
+def test_a_published_pose_has_the_scale_error_of_depth_by_its_distance_from_the_beginning():
+    """Once, whatever number of frames it took; back at the beginning there is none."""
+    path, there = path_with(), np.array([3.0, -4.0, 0.0])
+    for share in (0.25, 0.5, 1.0):
+        moved = START.copy()
+        moved[:3, 3] += share * there
+        path.move_to(PoseWithCovariance(moved))
+    sigma = 0.005 * 5.0  # m
+    np.testing.assert_allclose(path.published.covariance[:3, :3] @ there, sigma ** 2 * there)
+    path.move_to(PoseWithCovariance(START))
+    assert not path.published.covariance.any()
 
 
 @pytest.mark.parametrize('planar', [False, True])

@@ -21,6 +21,7 @@ from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
+FIRST = with_values(Settings(), {'sensor.depth_scale_sigma': 0.0})  # of the steps
 OTHER = with_values(Settings(), {'odometry.hold_time': 0.7, 'imu.gravity': False})
 SIFT = with_values(Settings(), {'features.detector': 'sift'})
 START = se3.exp([1.0, 2.0, 3.0, 0.3, -0.2, 0.5])
@@ -64,7 +65,7 @@ def test_parts_that_use_others_get_the_new_ones(parts, changed):
     odometry = changed.odometry
     registrars = parts.arguments('Registrar')
     assert len(registrars) == 2 and registrars[0][1:] == registrars[1][1:]
-    for (settings, times, learned, detector), expected in zip(registrars, (Settings(), OTHER)):
+    for (settings, times, learned, detector), expected in zip(registrars, (FIRST, OTHER)):
         assert settings == expected
         assert isinstance(times, StageTimes) and isinstance(learned, Learned)
         assert detector is None

@@ -100,8 +100,8 @@ def made(monkeypatch, calibrated):
     def make(path=at_constant_velocity, **values):
         registrar = Registrar(path)
         monkeypatch.setattr('aick_ros.odometry.odometry.Registrar', lambda *_: registrar)
-        return Odometry(with_values(Settings(), {
-            f'odometry.{name}': value for name, value in values.items()})), registrar
+        return Odometry(with_values(Settings(), {'sensor.depth_scale_sigma': 0.0, **{
+            f'odometry.{name}': value for name, value in values.items()}})), registrar
     return make
 
 

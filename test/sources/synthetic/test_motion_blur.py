@@ -8,7 +8,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.sources.synthetic.motion_blur import _flow, motion_blur
+from aick_ros.sources.synthetic.motion_blur import motion_blur, optical_flow
 
 CAMERA = Camera(80, 60, 70.0, 55.0, 41.0, 27.0)
 V, U = np.mgrid[:60, :80]
@@ -23,7 +23,8 @@ def test_the_flow_is_that_of_projected_points(twist):
     points = CAMERA.back_project(PIXELS, depth.ravel())
     start, end = (CAMERA.project(se3.transform(se3.exp(half), points))
                   for half in (0.5 * twist, -0.5 * twist))
-    flow = np.stack(np.broadcast_arrays(*_flow(depth, CAMERA, twist.astype(np.float32))), -1)
+    flow = np.stack(np.broadcast_arrays(
+        *optical_flow(depth, CAMERA, twist.astype(np.float32))), -1)
     np.testing.assert_allclose(flow.reshape(-1, 2), end - start, atol=2e-6)
     assert np.abs(flow).max() > 1e-3
 
