@@ -25,6 +25,8 @@ BAG_FLAGS = ('--colour-topic', '--depth-topic', '--info-topic', '--ground-truth-
              '--register-depth', '--depth-info-topic', '--depth-in-colour')
 """Flags that have an effect on bags only."""
 
+_RENDERED = 'synthetic'
+
 _SEED_DIGITS = 18  # of a rendered recording; derived: below 2^63
 
 _URL = re.compile('[a-z][a-z0-9+.-]+:/')  # as a path, which has single slashes
@@ -127,19 +129,24 @@ def _path(path: object, name: str) -> Path:
     return Path(path)
 
 
+def is_rendered(path: str | Path) -> bool:
+    """Return whether a source is a rendered sequence; ``./synthetic`` is a folder."""
+    return str(path).partition(':')[0] == _RENDERED
+
+
 def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> RgbdSource:
     """
     Open a recording of any kind.
 
-    :param path: file or folder, or ``synthetic:SEED`` for a rendered sequence.
+    :param path: file or folder, or ``synthetic:SEED`` for a rendered sequence,
+        ``synthetic`` for that of seed 0.
     :raises InputError: where nothing there can be read.
     """
     required(options, SourceOptions, 'options')
-    scheme, _, seed = str(_path(path, 'the source')).partition(':')
-    if scheme == 'synthetic':
+    name, path = str(path), _path(path, 'the source')
+    if is_rendered(name):
         reject(options, 'a rendered recording', '--camera', *BAG_FLAGS)
-        return _open_synthetic(seed)
-    path = Path(path)
+        return _open_synthetic(name.partition(':')[2])
     names = _names(path)
     kind = kind_of(names, path.is_file())
     if kind is Kind.BAG:

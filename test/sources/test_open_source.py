@@ -122,6 +122,14 @@ def test_a_rendered_sequence_is_opened(path, seed, monkeypatch):
     assert open_source(path) == ('opened', synthetic.SyntheticOptions(seed=seed))
 
 
+def test_a_folder_called_as_what_is_rendered_is_opened_by_its_path(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'synthetic').mkdir()
+    for path in ('./synthetic', tmp_path / 'synthetic'):
+        with pytest.raises(InputError, match='synthetic is empty: a source is'):
+            open_source(path)
+
+
 @pytest.mark.parametrize('names, is_file, kind', [
     (['a.mcap'], True, Kind.BAG), (['a.mcap'], False, Kind.BAG), (['a.db3'], False, Kind.BAG),
     (['metadata.yaml'], False, Kind.BAG), (['a.bag'], True, Kind.BAG), (['a.bag'], False, None),

@@ -20,9 +20,7 @@ from aick_ros.cli.fleet.patterns import matches_of
 from aick_ros.cli.fleet.remote import recordings_at
 from aick_ros.cli.fleet.urls import is_url
 from aick_ros.errors import InputError
-
-_RENDERED = 'synthetic:'
-"""Beginning of a source that is no path."""
+from aick_ros.sources import is_rendered
 
 _COMMENT = re.compile(r'(^|\s)#.*')  # a URL may have a # in it
 
@@ -62,7 +60,7 @@ def _absolute(source: str) -> Iterator[str]:
 
 def is_path(source: str) -> bool:
     """Return whether a source is a file or folder of this machine."""
-    return not source.startswith(_RENDERED) and not is_url(source)
+    return not is_rendered(source) and not is_url(source)
 
 
 def _lines(path: Path) -> Iterator[str]:
@@ -79,7 +77,7 @@ def _found(source: str) -> Iterator[str]:
     if not is_path(source) or os.path.lexists(source):
         yield from _below(source)
         return
-    matches = sorted(matches_of(source))
+    matches = sorted(map(os.path.abspath, matches_of(source)))  # no name of what is rendered
     if not matches:
         raise InputError(f'{quoted_if_blank(source)} does not exist, nor does a file that it is a '
                          'pattern of: name a recording, or a folder with recordings in it')

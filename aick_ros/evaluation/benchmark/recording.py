@@ -21,13 +21,13 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.settings import SensorSettings
-from aick_ros.sources import OnDamaged, RgbdSource, SourceOptions, open_source
+from aick_ros.sources import OnDamaged, RgbdSource, SourceOptions, is_rendered, open_source
 
 
 @dataclass(frozen=True)
 class Request:
     """
-    What to read; it is sent to other processes.
+    Which frames of a recording to read, and how; pickled for worker processes.
 
     :param path: as :func:`aick_ros.sources.open_source` takes it.
     :param limit: maximum number of frames; None: all.
@@ -55,10 +55,11 @@ class Request:
         """Return the source."""
         return open_source(self.path, self.options)
 
-    def from_any_folder(self) -> Request:
+    def with_absolute_path(self) -> Request:
         """Return the request that reads the same in a process that works in another folder."""
-        is_rendered = self.path.startswith('synthetic:')
-        return self if is_rendered else dataclasses.replace(self, path=os.path.abspath(self.path))
+        if is_rendered(self.path):
+            return self
+        return dataclasses.replace(self, path=os.path.abspath(self.path))
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +100,7 @@ class Recording:
         if len(stamps) < 2:
             raise InputError(f'{source.name} has {len(stamps)} usable frames: at least 2 are '
                              'required')
-        return cls(source.name, request.from_any_folder(), tuple(stamps), source.ground_truth,
+        return cls(source.name, request.with_absolute_path(), tuple(stamps), source.ground_truth,
                    mask)
 
     def shown(self, frame: RgbdFrame) -> RgbdFrame:

@@ -79,9 +79,15 @@ def test_a_number_sign_within_a_word_is_part_of_it(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize('source, is_one', [
-    ('a/tum', True), ('synthetic', True), ('synthetic:1', False), ('s3://a', False)])
+    ('a/tum', True), ('./synthetic', True), ('synthetics', True), ('synthetic', False),
+    ('synthetic:1', False), ('s3://a', False)])
 def test_a_path_is_no_url_and_not_rendered(source, is_one):
     assert recordings.is_path(source) is is_one
+
+
+def test_a_match_of_a_pattern_is_a_folder_whatever_its_name(tmp_path):
+    (tmp_path / 'a' / 'tum').rename(tmp_path / 'synthetic')
+    assert relative(find_recordings(['synth*'], None)) == ['synthetic']
 
 
 def test_links_are_followed_where_they_are_named_alone(tmp_path):

@@ -139,9 +139,10 @@ def test_a_recording_is_found_by_workers_in_other_folders(recording, tum_path, t
     assert here.stamps == tuple(stamps) == recording.stamps[:2]
 
 
-def test_what_is_rendered_is_in_no_folder():
-    request = Request('synthetic:3')
-    assert request.from_any_folder() == request
+@pytest.mark.parametrize('path', ['synthetic', 'synthetic:3'])
+def test_what_is_rendered_is_in_no_folder(path):
+    request = Request(path)
+    assert request.with_absolute_path() == request
 
 
 def test_a_request_opens_what_it_was_made_of_and_is_sent_to_others(monkeypatch):
