@@ -138,18 +138,16 @@ def row_of(folder: str) -> str:
     first = followed(odometry, frames, ImuSettings.level_wait)[0][0]
     is_turned = not np.array_equal(first.T_odom_camera, plain[0].T_odom_camera)
     gravity = odometry.gravity
-    known = gravity._filter
-    if known is None:
+    if gravity.up is None or gravity.stamp is None:
         raise SystemExit(f'{folder} has no accelerations that were used')
-    seen_up = gravity._last.rotation.T @ known.up.vector  # in the axes of the camera
-    true_up = pose_at(truth, gravity._stamp)[2, :3]
-    error = np.degrees(np.arccos(np.clip(seen_up @ true_up, -1.0, 1.0)))
-    x, y, z = known.lever_arm
-    offset_sigma = math.sqrt(known.covariance[-1, -1])  # the last one of the states
+    true_up = pose_at(truth, gravity.stamp)[2, :3]
+    error = np.degrees(np.arccos(np.clip(gravity.up @ true_up, -1.0, 1.0)))
+    x, y, z = gravity.lever_arm
     return (f'| {Path(folder).name} | {tilt(first, pose_at(truth, first.stamp)):.1f} | '
             f'{"yes" if is_turned else "no"} | {x:.2f}, {y:.2f}, {z:.2f} | '
-            f'{known.lever_arm_sigma:.2f} | {1e3 * known.time_offset:.0f} | '
-            f'{1e3 * offset_sigma:.0f} | {error:.1f} | {math.degrees(gravity.tilt_sigma):.1f} |')
+            f'{gravity.lever_arm_sigma:.2f} | {1e3 * gravity.time_offset:.0f} | '
+            f'{1e3 * gravity.time_offset_sigma:.0f} | {error:.1f} | '
+            f'{math.degrees(gravity.tilt_sigma):.1f} |')
 
 
 def print_recordings(folders: list[str]) -> None:
@@ -172,14 +170,16 @@ def print_rooms(count: int, seeds: list[int]) -> None:
 
 def main() -> None:
     """Print a table."""
-    if len(sys.argv) < 2 or sys.argv[1].isdecimal() and len(sys.argv) < 3:
+    arguments = sys.argv[1:]
+    are_rooms = all(each.isdecimal() and not Path(each).is_dir() for each in arguments)
+    if len(arguments) < 1 + are_rooms:
         sys.exit(__doc__)
     cv2.setNumThreads(1)
-    if sys.argv[1].isdecimal():
-        count, *seeds = map(int, sys.argv[1:])
+    if are_rooms:
+        count, *seeds = map(int, arguments)
         print_rooms(count, seeds)
     else:
-        print_recordings(sys.argv[1:])
+        print_recordings(arguments)
 
 
 if __name__ == '__main__':

@@ -123,6 +123,41 @@ class Gravity:
         return np.zeros(3) if known is None else known.bias.copy()
 
     @property
+    def stamp(self) -> int | None:
+        """Stamp of the last frame whose pose was measured [ns]; None: there is none."""
+        return self._stamp
+
+    @property
+    def up(self) -> np.ndarray | None:
+        """Direction of gravity, 3, upwards, in the camera's axes there; None: it is not known."""
+        known = self._filter
+        return None if known is None else self._last.rotation.T @ known.up.vector
+
+    @property
+    def lever_arm(self) -> np.ndarray:
+        """Estimated place of the accelerometer, 3, in the axes of the camera [m]; or zero."""
+        known = self._filter
+        return np.zeros(3) if known is None else known.lever_arm.copy()
+
+    @property
+    def lever_arm_sigma(self) -> float:
+        """Largest standard deviation of the lever arm [m]; zero where it is not estimated."""
+        known = self._filter
+        return 0.0 if known is None else known.lever_arm_sigma
+
+    @property
+    def time_offset(self) -> float:
+        """Time to add to the stamps of the images, beside that of the samples [s]; or zero."""
+        known = self._filter
+        return 0.0 if known is None else known.time_offset
+
+    @property
+    def time_offset_sigma(self) -> float:
+        """Standard deviation of the time offset [s]; zero where it is not estimated."""
+        known = self._filter
+        return 0.0 if known is None else known.time_offset_sigma
+
+    @property
     def complaint(self) -> str:
         """The contradiction of the samples to gravity or camera; '' where there is none."""
         if self._samples.unchanged:

@@ -118,6 +118,11 @@ class GravityFilter:
         """Time to add to the stamps of the images, beside the one known before [s]."""
         return float(self.values[_T])
 
+    @property
+    def time_offset_sigma(self) -> float:
+        """Standard deviation of the time offset [s]."""
+        return math.sqrt(self.covariance[_T, _T])
+
     def place(self, pose: PoseWithCovariance) -> None:
         """Continue at a pose that is measured, with an unknown velocity."""
         lever_arm = pose.rotation @ self.covariance[_L]  # its covariance with all values

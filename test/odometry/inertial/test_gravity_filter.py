@@ -139,7 +139,7 @@ def test_five_seconds_show_where_it_is():
     assert estimate.lever_arm_sigma < 0.05
     exact = GravityFilter(SETTINGS, np.array([0, 0, GRAVITY]), np.eye(3),
                           placed(np.zeros(3), np.eye(3)))
-    assert exact.lever_arm_sigma == 0.0
+    assert exact.lever_arm_sigma == exact.time_offset_sigma == 0.0
 
 
 def test_a_late_clock_is_found_by_forces_that_change():
@@ -155,6 +155,7 @@ def test_a_late_clock_is_found_by_forces_that_change():
     truth = estimate.values[:3] + late * by_offset[1]
     assert estimate.measure(placed(truth, 1e-12 * np.eye(3)))
     assert estimate.time_offset == pytest.approx(late, rel=0.02)
+    assert estimate.time_offset_sigma < 0.1 * 0.03  # as it was before
     before = estimate.values[3:6].copy()
     none = np.zeros((3, 3))
     estimate.predict(impulse(1e-9, np.zeros(3), np.zeros(3), none, none, by_offset), none)

@@ -370,12 +370,39 @@ def test_what_is_known_is_described_with_its_numbers(play):
         'the direction of gravity is known to 2.00 deg')
 
 
-def test_the_bias_is_a_copy(play):
+@pytest.mark.parametrize('name', ['bias', 'lever_arm'])
+def test_what_is_estimated_is_handed_out_as_a_copy(play, name):
     played = play()
-    played.gravity._filter.bias = np.ones(3)
-    found = played.gravity.bias
-    played.gravity._filter.bias[:] = 2.0
+    estimated = np.ones(3)
+    setattr(played.gravity._filter, name, estimated)
+    found = getattr(played.gravity, name)
+    estimated[:] = 2.0
     assert found.tolist() == [1.0, 1.0, 1.0]
+
+
+def test_what_is_up_is_in_the_axes_of_the_camera_at_the_last_frame(play):
+    played = play()
+    assert (played.gravity.stamp, played.update(0.1, SEEN[1])[0][0]) == (START, 'between')
+    up = np.array([0.6, 0.0, 0.8])
+    played.gravity._filter.up.vector = up
+    assert played.gravity.stamp == START + NANOSECONDS // 10
+    seen = (REFERENCE.matrix @ SEEN[1]).rotation
+    np.testing.assert_allclose(seen @ played.gravity.up, up, atol=1e-12)
+
+
+def test_place_and_time_offset_are_those_of_the_filter(play):
+    gravity = play().gravity
+    gravity._filter.lever_arm_sigma, gravity._filter.time_offset = 0.02, -0.016
+    gravity._filter.time_offset_sigma = 0.019
+    assert gravity.lever_arm_sigma == 0.02
+    assert (gravity.time_offset, gravity.time_offset_sigma) == (-0.016, 0.019)
+
+
+def test_before_a_filter_nothing_is_estimated(play):
+    gravity = play(0).gravity
+    assert gravity.up is None and gravity.stamp is None
+    assert gravity.lever_arm.tolist() == [0.0, 0.0, 0.0]
+    assert gravity.lever_arm_sigma == gravity.time_offset == gravity.time_offset_sigma == 0.0
 
 
 def test_the_complaint_says_what_to_check(play):
