@@ -70,7 +70,8 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
         if export is not None:
             make_folder(export, '--export')
         with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as done:
-            evaluation = evaluate_source(reading, settings, numbers, done, reading.damage)
+            evaluation = evaluate_source(reading, settings, numbers, done, reading.damage,
+                                         reading.say)
         _write(evaluation, reading, recording, json, plots, export)
     _say_what_is_missing(evaluation, recording)
     return outcome.of_reading(

@@ -17,7 +17,6 @@ import typer
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import COMPLETE, Reading
-from aick_ros.cli.output.complaints import saying_complaints
 from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.run_folder import RunFolder
@@ -28,6 +27,7 @@ from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.run_summary import RunSummary, summarize
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.complaints import reporting_complaints
 from aick_ros.odometry.level_start import begun_level
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -109,7 +109,7 @@ def _added(folder: RunFolder, records: Iterable[FrameRecord],
 def _updates(reading: Reading, settings: Settings,
              show: Callable[[int], None]) -> Iterator[FrameRecord]:
     odometry = Odometry(settings)
-    records = saying_complaints(reading.name, odometry, _records(reading, odometry, show))
+    records = reporting_complaints(odometry, _records(reading, odometry, show), reading.say)
     return begun_level(odometry, settings.imu, records)
 
 

@@ -20,7 +20,6 @@ from aick_ros.cli.input import options
 from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.input.ros import without_ros
-from aick_ros.cli.output.complaints import saying_complaints
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.target import check_target
 from aick_ros.cli.output.viewer import viewer
@@ -29,6 +28,7 @@ from aick_ros.evaluation.runs import files
 from aick_ros.evaluation.runs.run import read_run, reject_demo
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.complaints import reporting_complaints
 from aick_ros.odometry.level_start import begun_level
 from aick_ros.ros.process.environment import check_middleware
 from aick_ros.settings import Settings
@@ -186,7 +186,7 @@ def _run(recording: RgbdSource, limit: int | None, settings: Settings, shown: Re
     count = 0
     with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as show:
         odometry = Odometry(settings)
-        frames = saying_complaints(reading.name, odometry, _registered(reading, odometry, show))
+        frames = reporting_complaints(odometry, _registered(reading, odometry, show), reading.say)
         for count, frame in enumerate(begun_level(odometry, settings.imu, frames), 1):
             shown.add(frame)
     if not count:

@@ -68,6 +68,10 @@ class Reading:
         count = len(self._source)
         return count if self._limit is None else min(count, self._limit)
 
+    def say(self, sentence: str) -> None:
+        """Print a sentence about the recording for people."""
+        say(f'{self.name}: {sentence}')
+
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """
         Yield the frames.

@@ -24,6 +24,7 @@ from aick_ros.evaluation.scores.run_summary import stage_times
 from aick_ros.evaluation.scores.statistics import Percentiles, mean
 from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.complaints import reporting_complaints
 from aick_ros.odometry.level_start import begun_level
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values
@@ -75,7 +76,8 @@ class Evaluation:
 
 def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence[int] = GAPS,
              on_progress: Callable[[int], None] = lambda frames: None,
-             on_damaged: OnDamaged = raise_damage) -> Evaluation:
+             on_damaged: OnDamaged = raise_damage,
+             on_complaint: Callable[[str], None] = lambda sentence: None) -> Evaluation:
     """
     Run the odometry over a recording, register its pairs, and compare with the ground truth.
 
@@ -83,6 +85,7 @@ def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence
 
     :param gaps: distances of the two frames of a pair in the list of frames.
     :param on_progress: called after each frame with the number of frames done.
+    :param on_complaint: called once for each sensor that is not used, with the reason.
     :raises InputError: where the recording has no usable frame, or a gap is below 1.
     """
     if not gaps or min(gaps) < 1:
@@ -101,7 +104,8 @@ def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence
             on_progress(count)
             yield FrameRecord.of(update)
 
-    records = list(begun_level(odometry, settings.imu, records_one_by_one()))
+    records = list(begun_level(odometry, settings.imu, reporting_complaints(
+        odometry, records_one_by_one(), on_complaint)))
     if not records:
         raise InputError(f'{source.name} has no usable frame')
     return _evaluation(source, settings, records,

@@ -125,6 +125,14 @@ def test_consistency_along_the_trajectory_is_shown(evaluate, recording, tmp_path
     assert 'at rest' not in outcome.out
 
 
+def test_a_sensor_that_is_not_used_is_named_once(evaluate, recording, stuck, in_memory):
+    outcome = evaluate(in_memory(stuck, recording.ground_truth), '--preset', 'paper-fast',
+                       '--gaps', '1')
+    assert outcome.code == 0
+    (sentence,) = outcome.err.splitlines()
+    assert sentence.startswith('aick: in memory: the accelerometer has reported (0, -9.8, 0.5) ')
+
+
 def test_drift_at_rest_is_shown(evaluate, in_memory, recording):
     first = next(iter(recording.frames(raise_damage)))
     still = [dataclasses.replace(first, stamp=first.stamp + index * 400_000_000)

@@ -1,32 +1,31 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The sentences about sensors of a recording that are not used, as they contradict the camera."""
+"""Sensors of a recording that are not used, and why, while the odometry runs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
-from aick_ros.cli.output.console import say
-from aick_ros.odometry import Odometry
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
+from aick_ros.odometry.odometry import Odometry
 
 _Update = TypeVar('_Update')
 
 
-def saying_complaints(recording: str, odometry: Odometry,
-                      updates: Iterable[_Update]) -> Iterator[_Update]:
+def reporting_complaints(odometry: Odometry, updates: Iterable[_Update],
+                         on_complaint: Callable[[str], None]) -> Iterator[_Update]:
     """
-    Yield updates, and say once of each sensor what is wrong with it.
+    Yield updates, and report once of each sensor why it is not used.
 
-    :param recording: its name.
     :param updates: of the odometry, made as they are asked for.
+    :param on_complaint: called with the sentence, before the update that shows it is yielded.
     """
     sensors: list[Gyroscope | Gravity] = [odometry.gyroscope, odometry.gravity]
     for update in updates:
         for sensor in [sensor for sensor in sensors if sensor.complaint]:
-            say(f'{recording}: {sensor.complaint}')
+            on_complaint(sensor.complaint)
             sensors.remove(sensor)
         yield update
