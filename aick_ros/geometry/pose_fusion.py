@@ -58,3 +58,13 @@ def with_measurement(pose: PoseWithCovariance, measured: np.ndarray, rows: np.nd
 def fused(pose: PoseWithCovariance, other: PoseWithCovariance) -> PoseWithCovariance:
     """Return the pose that two independent estimates of it give together."""
     return with_measurement(pose, other.matrix, np.eye(6), other.covariance).pose
+
+
+def differ(one: PoseWithCovariance, other: PoseWithCovariance) -> bool:
+    """
+    Return whether two estimates of a pose differ by more than both covariances explain.
+
+    They do where their squared distance exceeds the 99.9 % quantile of the chi-squared
+    distribution with six degrees of freedom, as noise does once in a thousand times.
+    """
+    return not with_measurement(one, other.matrix, np.eye(6), other.covariance).is_of_noise

@@ -29,10 +29,10 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.pose_fusion import fused
+from aick_ros.geometry.pose_fusion import differ, fused
 from aick_ros.registration.apparent_acceleration import ApparentAcceleration
 from aick_ros.registration.expected_pose import ExpectedPose
-from aick_ros.registration.motion_prior import MotionPrior, differ
+from aick_ros.registration.motion_prior import MotionPrior
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.refinement import Refinement

@@ -5,7 +5,7 @@
 The motion expected as a prior: which of two poses continues it.
 
 An object that moves before a camera shows a motion which begins at once. The scene beside it goes
-on as before. Two poses differ where they do by more than both may err.
+on as before.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from __future__ import annotations
 import numpy as np
 
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.pose_fusion import with_measurement
+from aick_ros.geometry.pose_fusion import differ
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.settings import OdometrySettings
 
-_FACTORS = 5.0 / 3.0, 1.0
+_SIGMA_FACTORS = 5.0 / 3.0, 1.0
 """Standard deviations of the acceleration and of the angular one, by the sigmas of the motion
 model. Chosen on rendered rooms with boards that move through 10 to 60 % of the view."""
 
@@ -33,7 +33,7 @@ class MotionPrior:
 
     def __init__(self, settings: OdometrySettings) -> None:
         sigmas = settings.acceleration_sigma, settings.angular_acceleration_sigma
-        self._sigmas = np.repeat(np.multiply(_FACTORS, sigmas), 3)
+        self._sigmas = np.repeat(np.multiply(_SIGMA_FACTORS, sigmas), 3)
 
     def of(self, expected: ExpectedPose) -> PoseWithCovariance:
         """Return the motion expected, with its covariance by the motion model."""
@@ -42,7 +42,11 @@ class MotionPrior:
             (0.5 * self._sigmas * elapsed ** 2) ** 2))
 
     def is_exceeded_by(self, pose: PoseWithCovariance, expected: ExpectedPose) -> bool:
-        """Return whether a pose ``T_target_source`` differs from the one expected."""
+        """
+        Return whether a pose is off the one expected by more than both covariances explain.
+
+        :param pose: ``T_target_source``.
+        """
         return differ(self.of(expected), pose)
 
     def is_continued_by(self, pose: PoseWithCovariance, other: PoseWithCovariance,
@@ -50,9 +54,3 @@ class MotionPrior:
         """Return whether a pose does not differ from the one expected, and another one does."""
         return (not self.is_exceeded_by(pose, expected) and self.is_exceeded_by(other, expected)
                 and differ(pose, other))
-
-
-def differ(one: PoseWithCovariance, other: PoseWithCovariance) -> bool:
-    """Return whether two poses differ by more than their errors, as once in a thousand times."""
-    fusion = with_measurement(one, other.matrix, np.eye(6), other.covariance)
-    return not fusion.is_of_noise

@@ -4,10 +4,11 @@
 """Fused poses by the sum of information, and by a Gaussian of which one value is given."""
 
 import numpy as np
+import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.pose_fusion import fused, with_measurement
+from aick_ros.geometry.pose_fusion import differ, fused, with_measurement
 
 
 def test_fused_informations_add():
@@ -35,3 +36,15 @@ def test_a_direction_that_is_measured_exactly_is_known_and_the_rest_follows_by_i
     np.testing.assert_allclose(se3.difference(joined.matrix, pose.matrix), 1e-3 * by_z, atol=1e-9)
     np.testing.assert_allclose(
         joined.covariance, pose.covariance - np.outer(by_z, pose.covariance[2]), atol=1e-15)
+
+
+@pytest.mark.parametrize('ratio, sigma, are_different', [
+    (0.98, 0.01, False), (1.02, 0.01, True), (1.02, 0.02, False)])
+def test_poses_differ_by_the_errors_of_both(ratio, sigma, are_different):
+    """The 99.9 % quantile of chi-square with six degrees of freedom is 22.46."""
+    shift = ratio * np.sqrt(22.46) * np.hypot(0.01, 0.01)
+    moved = se3.exp([0.05, 0.02, 0.01, 0.02, 0.1, -0.05])
+    one = PoseWithCovariance(moved, 0.01 ** 2 * np.eye(6))
+    other = PoseWithCovariance(se3.perturbed(moved, np.array([shift, 0, 0, 0, 0, 0])),
+                               sigma ** 2 * np.eye(6))
+    assert differ(one, other) == differ(other, one) == are_different
