@@ -46,13 +46,17 @@ from aick_ros.settings import Settings
 # All chosen on rendered rooms with boards that move through 10 to 60 % of the view.
 _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
-_MOST = 0.5  # of the keypoints, that must be left without a small object
+_LEFT_SHARE = 0.5  # of the keypoints found, that must be left without a small object
 _FEW_KNOWN = 0.3  # share of the keypoints of the scene that may be on what has moved before
 _LEAST_OF_SCENE = 0.02  # share of the points of depth that must be those of the scene
 _CERTAIN_SHARE = 0.25  # of the keypoints, for either of two motions: the images need no vote then
 _MAJORITY, _MINORITY = 0.6, 0.1
 """Share of the votes that the second pose needs: of a motion that is just sudden, and at least."""
 
+
+# Both chosen on rendered rooms with boards that move through two thirds of the view.
+_SCENE_RATIO = 0.5  # keypoints of the scene by those put aside; fewer do not tell if all is one
+_NEW_RATIO = 0.5  # keypoints of a motion by those on known objects; fewer do not show new objects
 
 class DynamicObjectCheck:
     """
@@ -128,12 +132,13 @@ class DynamicObjectCheck:
         Return whether what seems to be on objects moves with the scene, as far as is known.
 
         What moves along a wall differs from the motion expected at least, and what has moved
-        before may move slowly now. Few others of the scene say nothing about it.
+        before may move slowly now. More than half as many of the remaining keypoints as were put
+        aside must agree with the motion of the scene.
         """
         objects = None if found.fit is None else found.fit.objects
         aside = 0 if objects is None else objects.count
         return (rest.is_confirmed and not _is_known(rest.fit)
-                and len(rest.tracked) > _MOST * aside
+                and len(rest.tracked) > _SCENE_RATIO * aside
                 and not differ(found.pose, rest.pose)
                 and not self._prior.is_exceeded_by(rest.pose, expected))
 
@@ -168,7 +173,7 @@ class DynamicObjectCheck:
         """Return a registration that depth contradicts, without the few keypoints it is due to."""
         without = self._refinement.without_small_objects(source, target, found.T_target_source)
         if (without.fit is None or not without.fit.has_objects
-                or len(without.tracked) < _MOST * found.support
+                or len(without.tracked) < _LEFT_SHARE * found.support
                 or not self._agreement.is_better_by(without, found)):
             return found
         return without.applied_to(found, found.reason)
@@ -227,11 +232,12 @@ def _at(pose: PoseWithCovariance, found: Registration, rest: Refined, reason: st
     Return a registration at the pose of the rest with a prior, by few keypoints or none.
 
     :param are_moving: whether it shows that the keypoints of the first one are on objects that
-        move; if not, or if these are a small part of those found before, the latter are kept.
+        move. If not, the objects of ``found`` are kept, as they are where ``found`` is supported
+        by less than half as many keypoints as are on them.
     """
     fit, known = rest.fit, None if found.fit is None else found.fit.objects
     if fit is not None and (not are_moving or known is not None
-                            and found.support < _MOST * known.count):
+                            and found.support < _NEW_RATIO * known.count):
         fit = dataclasses.replace(fit, objects=known)
     return dataclasses.replace(
         _of_the_rest(found, rest, reason), T_target_source=pose.matrix, fit=fit,
