@@ -15,9 +15,10 @@ the two, all evidence about them is added up. Either counts only where the two d
 both may err. If not, and the first motion is that of objects which have moved before, it is
 rejected; if it is sudden, the images decide between the two poses.
 
-Across a plane far behind an object, one turn and shift of the camera explains what both show. So
-a motion that exceeds the one expected is compared with that of the tracks on no known object. If
-these continue the motion expected, they are the scene.
+If a poster moves in front of a distant wall, one camera motion (a rotation with a translation)
+can fit the tracks on both. So if the motion found exceeds the motion prior, the frame is
+registered again without the tracks on known objects. Where only that pose agrees with the prior,
+it is accepted.
 """
 
 from __future__ import annotations
@@ -53,10 +54,10 @@ _CERTAIN_SHARE = 0.25  # of the keypoints, for either of two motions: the images
 _MAJORITY, _MINORITY = 0.6, 0.1
 """Share of the votes that the second pose needs: of a motion that is just sudden, and at least."""
 
-
 # Both chosen on rendered rooms with boards that move through two thirds of the view.
 _SCENE_RATIO = 0.5  # keypoints of the scene by those put aside; fewer do not tell if all is one
 _NEW_RATIO = 0.5  # keypoints of a motion by those on known objects; fewer do not show new objects
+
 
 class DynamicObjectCheck:
     """
