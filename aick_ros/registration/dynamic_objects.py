@@ -17,8 +17,8 @@ rejected; if it is sudden, the images decide between the two poses.
 
 If a poster moves in front of a distant wall, one camera motion (a rotation with a translation)
 can fit the tracks on both. So if the motion found exceeds the motion prior, the frame is
-registered again without the tracks on known objects. Where only that pose agrees with the prior,
-it is accepted.
+registered again without the tracks on known objects (with them, if few others are left). Where
+only that pose agrees with the prior, it is accepted.
 """
 
 from __future__ import annotations
@@ -114,14 +114,21 @@ class DynamicObjectCheck:
     def _beside_known_objects(self, found: Registration, source: PreparedFrame,
                               target: PreparedFrame,
                               expected: ExpectedPose) -> Registration | None:
-        """Return the registration by what has not moved before, if only that moves as expected."""
+        """
+        Return the registration by what has not moved before, if only that moves as expected.
+
+        Where too little else is in the view, what has moved before may be the scene itself: it is,
+        if only one motion of it is as expected.
+        """
         if not self._prior.is_exceeded_by(found.pose, expected):
             return None
         scene = self._refinement.without_known_objects(source, target, expected.T_target_source)
         if scene is None or not self._continues(scene, found, expected):
             return None
-        result = _of_the_rest(found, scene, f'{len(scene.tracked)} keypoints beside what has '
-                              'moved before continue the motion')
+        where = ('beside what has moved before' if scene.fit is None or not scene.fit.known_share
+                 else '(few of them beside what has moved before)')
+        result = _of_the_rest(
+            found, scene, f'{len(scene.tracked)} keypoints {where} continue the motion')
         return None if self._agreement.is_lost_by(result, target) else result
 
     def _continues(self, rest: Refined, found: Registration, expected: ExpectedPose) -> bool:

@@ -627,7 +627,17 @@ def test_where_only_what_has_not_moved_before_continues_the_motion_it_is_the_sce
     assert source is played.source and target is played.target and pose is EXPECTED
     assert checked.T_target_source is played.scene.T_target_source
     assert checked.covariance is played.scene.covariance and checked.measure is None
-    assert checked.reason == ('30 keypoints beside what has moved before continue the motion')
+    assert checked.reason == '30 keypoints beside what has moved before continue the motion'
+
+
+def test_where_little_else_is_in_the_view_what_has_moved_before_may_be_the_scene(play, made):
+    """If it moves as expected, and what is found does not; the reason says what shows it."""
+    played = beside(play, made, AWAY, 0.001)
+    played.scene = dataclasses.replace(played.scene, fit=Fit(np.ones(30), 1.0, 0.9))
+    checked = played.check()
+    assert checked.T_target_source is played.scene.T_target_source
+    assert checked.reason == ('30 keypoints (few of them beside what has moved before) continue '
+                              'the motion')
 
 
 def assert_as_without_a_memory(played):

@@ -129,13 +129,17 @@ class Refinement:
         """
         Return a refined pose by tracks on no object that has moved before, whatever it shows.
 
+        Where too few tracks are beside such objects, all have a part, and the pose may be that of
+        an object: its fit has a ``known_share`` then.
+
         :param T_target_source: first pose, 4x4.
-        :returns: None where nothing has moved before in the target.
+        :returns: None where nothing known is in the view.
         """
         if self._known_objects.of(target.stamp) is None:
             return None
         tracks = self.first_tracks.of(source, target, T_target_source)
-        return self._solve(source, target, tracks, T_target_source, None, least_share=None)
+        refined = self._solve(source, target, tracks, T_target_source, None, least_share=None)
+        return None if refined.fit is None or refined.fit.objects is None else refined
 
     def remember_objects(self, source: PreparedFrame, target: PreparedFrame,
                          fit: Fit | None) -> None:

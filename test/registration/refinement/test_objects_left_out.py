@@ -89,16 +89,53 @@ def test_the_depth_of_an_object_whose_tracks_others_know_has_no_part(views, monk
     assert found.fit.scene_share == pytest.approx(everything.fit.scene_share, abs=0.1)
 
 
-def test_what_has_moved_before_stays_excluded_though_the_pose_explains_it(views):
-    """As a turn and a shift may explain two motions; where nothing has moved there is no pose."""
-    source, target, truth = views
+def remembering(views):
+    """Return a refinement that has seen the board move."""
     settings = Settings()
     refinement = Refinement(settings.refinement, settings.sensor)
-    assert refinement.without_known_objects(source, target, truth) is None
-    found = refinement.refine(source, target, truth)
-    refinement.remember_objects(source, target, found.fit)
+    source, target, _ = views
+    refinement.remember_objects(source, target, refined(views).fit)
+    return refinement
+
+
+def with_keypoints(view, are_kept):
+    """Return a view with some of its keypoints."""
+    return dataclasses.replace(view, keypoints=view.keypoints[np.flatnonzero(are_kept)])
+
+
+def test_what_has_moved_before_stays_excluded_though_the_pose_explains_it(views):
+    """As a turn and a shift may explain two motions."""
+    refinement, target = remembering(views), views[1]
     known = refinement.refine(target, target, np.eye(4))
     beside = refinement.without_known_objects(target, target, np.eye(4))
     assert known.fit.known_share > 0.2 and are_on_board(known.tracked).any()
     assert beside.fit.known_share == 0.0 and not are_on_board(beside.tracked).any()
     assert len(beside.tracked) > 50 and beside.fit.objects.count > 12
+
+
+@pytest.mark.parametrize('count, is_beside', [(11, False), (12, True)])
+def test_with_fewer_tracks_beside_it_than_confirm_a_pose_all_have_a_part(views, count, is_beside):
+    """The pose may be that of the board, and the share of the tracks on it says so."""
+    source, target, truth = views
+    of_board = source.keypoints.positions[:, 2] < NEAR + 0.1
+    few = with_keypoints(source, of_board | (np.cumsum(~of_board) <= count))
+    found = remembering(views).without_known_objects(few, target, truth)
+    assert are_on_board(found.tracked).mean() == found.fit.known_share
+    if is_beside:
+        assert len(found.tracked) == count and found.fit.known_share == 0.0
+        assert error(found, views) < 0.5 * LEAP / CAMERA.fx
+    else:
+        assert found.is_confirmed and found.fit.known_share > 0.9
+        assert error(found, views) > 0.5 * LEAP / CAMERA.fx
+
+
+def test_there_is_no_pose_where_nothing_known_is_in_the_view(views):
+    """What has moved may be remembered where no keypoint is: it would be the pose of all."""
+    source, target, truth = views
+    settings = Settings()
+    unaware = Refinement(settings.refinement, settings.sensor)
+    assert unaware.without_known_objects(source, target, truth) is None
+    right = with_keypoints(source, source.keypoints.pixels[:, 0] > LEFT + LEAP + WIDTH + 10)
+    refinement = remembering(views)
+    assert len(refinement.refine(right, target, truth).tracked) > 50
+    assert refinement.without_known_objects(right, target, truth) is None
