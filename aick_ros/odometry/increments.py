@@ -71,7 +71,8 @@ class Increments:
         focal = errors_of_focal_lengths(motion.matrix, self._misalignment.focal_covariance, gain)
         increment = Increment(motion, seconds(last.stamp, prepared.stamp))
         change = np.zeros(6) if twist is None else increment.twist - twist
-        timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)
+        timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change,
+                                  float(self._misalignment.readout_covariance[0, 0]))
         return self._with_scale(Increment(
             motion.with_covariance(motion.covariance + offset + focal + timing),
             increment.interval))

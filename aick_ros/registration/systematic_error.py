@@ -43,6 +43,8 @@ _LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER = 0.02, 20.0
 Measured on a Kinect: 15 to 25 ms, where stamps jitter by 1.2 to 3.3 ms. All of it counts from a
 jitter of 1 ms on; chosen, below the smallest one measured."""
 
+_ROW_VARIANCE = 1 / 12  # derived: of the times of rows, evenly from the first to the last
+
 _VELOCITY_LAG = 0.75
 """Age of the velocity that a delay is corrected by, in intervals between frames.
 
@@ -105,18 +107,21 @@ class SystematicError:
 
 
 def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: PreparedFrame,
-                     change: np.ndarray) -> np.ndarray:
+                     change: np.ndarray, readout_variance: float = 0.0) -> np.ndarray:
     """
     Return the covariance that errors of two stamps add to a motion, 6x6.
 
     :param motion: ``T_target_source`` as the images show it, 4x4.
     :param change: of the velocity since it was measured [m/s, rad/s].
+    :param readout_variance: of the time that a rolling shutter takes [s^2]. What is not corrected
+        of it is an error of the time of each row.
     """
     jitter = max(source.stamp_jitter, target.stamp_jitter)
+    latency_variance = _latency_sigma(jitter) ** 2 + _ROW_VARIANCE * readout_variance
     covariance = np.empty((6, 6))
     kernels.stamp_errors(
         motion, source.twist, target.twist, change, seconds(target.stamp, source.stamp),
-        _stamp_sigma(jitter) ** 2, _latency_sigma(jitter) ** 2 / 3, covariance)
+        _stamp_sigma(jitter) ** 2, latency_variance / 3, covariance)
     return covariance
 
 

@@ -287,9 +287,16 @@ def test_an_increment_is_since_the_last_frame_with_the_terms_of_sensors(
     assert_same(update.increment.pose, seen.pose @ parts.with_terms)
 
 
-def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_to):
-    """Of 5 ms each along the motion, and of 20 ms in common by what the velocity changes."""
+@pytest.mark.parametrize('readout', [0.0, 0.012])
+def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_to, monkeypatch,
+                                                       readout):
+    """
+    Of 5 ms each along the motion, and of 20 ms in common by what the velocity changes.
+
+    Times of rows by a shutter of an unknown readout are even over it: of a twelfth of its square.
+    """
     parts.stamp_jitter = 0.004
+    monkeypatch.setattr(MisalignmentEstimate, 'readout_covariance', np.array([[readout ** 2]]))
     tracked(attempt_to(), attempt_to())
     last = parts.asked('KeyframeChoice', 'advance')[0][1]
     (before, *_), (seen, *_) = parts.asked('ExpectedMotion', 'fused_increment')
@@ -300,7 +307,7 @@ def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_t
     np.testing.assert_allclose(
         seen.pose.covariance - of_images,
         2 * 0.005 ** 2 * np.outer(velocity, velocity)
-        + 0.02 ** 2 / 3 * np.diag(changes.repeat(3)), atol=1e-12)
+        + (0.02 ** 2 + readout ** 2 / 12) / 3 * np.diag(changes.repeat(3)), atol=1e-12)
 
 
 @pytest.mark.parametrize('evidence, shown, gain', [

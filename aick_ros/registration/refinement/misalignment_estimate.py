@@ -28,6 +28,7 @@ from aick_ros.registration.samples import MisalignmentSample
 _SIZE = 10  # offset in m and rad, delay and readout in s, relative errors of two focal lengths
 _ALL = np.arange(_SIZE, dtype=np.int64)
 _OFFSET, _TIMES, _FOCAL = slice(0, 6), slice(6, 8), slice(8, 10)
+_READOUT = slice(7, 8)
 _PARTS: tuple[slice, ...] = _OFFSET, _TIMES, _FOCAL
 """Offset; delay and readout; focal lengths. Each is significant or not: on a rolling shutter a
 delay alone is worse than none."""
@@ -88,6 +89,7 @@ class MisalignmentEstimate:
         self._delay_sigma = _LARGEST_DELAY_SIGMA
         self._offset_covariance = _unknown(_OFFSET)
         self._focal_covariance = _unknown(_FOCAL)
+        self._readout_covariance = _unknown(_READOUT)
 
     @property
     def misalignment(self) -> Misalignment:
@@ -108,6 +110,11 @@ class MisalignmentEstimate:
     def focal_covariance(self) -> np.ndarray:
         """Covariance of the relative errors of both focal lengths, colour and depth, 2x2."""
         return self._focal_covariance
+
+    @property
+    def readout_covariance(self) -> np.ndarray:
+        """Covariance of the readout that is corrected, 1x1 [s^2]: also where none is."""
+        return self._readout_covariance
 
     def follow(self, camera: Camera) -> None:
         """
@@ -162,7 +169,7 @@ class MisalignmentEstimate:
             weakest = margins.index(min(margins))
             parts = parts[:weakest] + parts[weakest + 1:]
         self._applied = parts
-        for unknowns in (_OFFSET, slice(6, 7), slice(7, 8), slice(8, 9), slice(9, 10)):
+        for unknowns in (_OFFSET, slice(6, 7), _READOUT, slice(8, 9), slice(9, 10)):
             if (np.abs(values[unknowns]) < _SMALLEST[unknowns]).all():
                 values[unknowns] = 0.0
         self._misalignment = Misalignment.of(self._known.values + values)
@@ -171,6 +178,7 @@ class MisalignmentEstimate:
         full = self._equations.full_covariance(scatter, _DESIGN_EFFECT)
         self._offset_covariance = _covariance_of(_OFFSET, values, estimate, full)
         self._focal_covariance = _covariance_of(_FOCAL, values, estimate, full)
+        self._readout_covariance = _covariance_of(_READOUT, values, estimate, full)
 
     def _sigma_of_delay(self, applied: np.ndarray, estimate: np.ndarray,
                         scatter: np.ndarray) -> float:
