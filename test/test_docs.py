@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 
 from aick_ros.cli import main
+from aick_ros.settings import Settings
+from aick_ros.settings.parameter import values
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / 'README.md').read_text()
@@ -61,6 +63,14 @@ def test_the_parameter_tables_are_those_of_the_settings():
     assert PAGES['parameters.md'] == GENERATED['parameters_page'](), REMEDY
     for group in (GENERATED['Settings'](), GENERATED['NodeSettings']()):
         assert GENERATED['parameter_table'](group) in PAGES['parameters.md']
+
+
+@pytest.mark.parametrize('page', sorted({*PAGES} - {'api.md'}))  # which has names of Python
+def test_a_parameter_that_a_page_names_exists(page):
+    names = set(values(Settings()))
+    groups = '|'.join({name.partition('.')[0] for name in names if '.' in name})
+    found = set(re.findall(rf'`((?:{groups})\.\w+)(?:[`=:]| )', PAGES[page]))
+    assert {name for name in found if not name.endswith('.py')} <= names
 
 
 def test_the_configuration_is_what_the_command_prints():

@@ -55,7 +55,7 @@ _MAJORITY, _MINORITY = 0.6, 0.1
 """Share of the votes that the second pose needs: of a motion that is just sudden, and at least."""
 
 # Both chosen on rendered rooms with boards that move through two thirds of the view.
-_SCENE_RATIO = 0.5  # keypoints of the scene by those put aside; fewer do not tell if all is one
+_SCENE_RATIO = 0.5  # keypoints of the scene by those put aside; fewer show no common motion
 _NEW_RATIO = 0.5  # keypoints of a motion by those on known objects; fewer do not show new objects
 
 
