@@ -21,7 +21,7 @@ _VARIANCE_GAIN = 0.05  # of the mean squared jitter: an exponential window of 20
 _MAX_PHASE_ERROR = 0.25  # periods; stamps with a larger error are outliers
 _MIN_LOCK_COUNT = 15  # inliers required before corrections are made
 _MIN_STAMPS = 3  # by definition: stamps with more than one interval
-_MAX_SCATTER = 0.005  # s; chosen: drivers are late by less, and images on a trigger have no rate
+MAX_SCATTER = 0.005  # s; chosen: drivers are late by less, and images on a trigger have no rate
 _MISSING = np.array([2, 3, 4])  # periods; chosen: of intervals where none is of a single one
 _MIN_DIVIDED = 3  # chosen: intervals required for that; two fit nearly any period
 _EXACT = 0.05  # periods; chosen: deviation below which intervals are of a divided period
@@ -50,13 +50,15 @@ class CameraClock:
         self._last: deque[int] = deque(maxlen=_MIN_LOCK_COUNT)  # stamps [ns]
 
     @property
-    def jitter(self) -> float:
+    def jitter(self) -> float | None:
         """
-        Standard deviation of the stamps about the acquisition times [s].
+        Standard deviation of the stamps about the acquisition times [s]; None before the third.
 
         Without lock it is at least what the intervals between the last stamps scatter by: stamps
         that the loop takes for outliers may be those of a camera with much jitter.
         """
+        if len(self._last) < _MIN_STAMPS:
+            return None
         jitter = float(self._variance ** 0.5)
         return jitter if self._is_locked else max(jitter, scatter(self._last))
 
@@ -133,7 +135,7 @@ def scatter(stamps: Sequence[int]) -> float:
             if divided < min(deviation, _EXACT * period):
                 deviation = divided
     sigma = SIGMA_PER_MEDIAN * deviation / math.sqrt(2)  # an interval has two stamps
-    return min(sigma, _MAX_SCATTER)
+    return min(sigma, MAX_SCATTER)
 
 
 def _deviation(intervals: np.ndarray, period: float) -> float:

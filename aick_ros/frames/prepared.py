@@ -32,7 +32,8 @@ class PreparedFrame:
     :param grey: colour image in grey, HxW uint8.
     :param surface: surface of the depth image; None if the refinement does not use it.
     :param depth_lag: time from the colour image to the depth image [s].
-    :param stamp_jitter: standard deviation of the recent stamps about a constant rate [s].
+    :param stamp_jitter: standard deviation of the recent stamps about a constant rate [s]; None
+        where there were too few to show any.
     :param repeat: images that are those of the frame before.
     :param twist: body velocity (vx, vy, vz, wx, wy, wz) of the camera [m/s, rad/s]; None where
         unknown.
@@ -47,7 +48,7 @@ class PreparedFrame:
     grey: np.ndarray
     surface: Surface | None = None
     depth_lag: float = 0.0
-    stamp_jitter: float = 0.0
+    stamp_jitter: float | None = 0.0
     repeat: Repeat = Repeat.NONE
     twist: np.ndarray | None = None
     is_tracked: bool = False

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros.frames.camera_clock import MAX_SCATTER
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
@@ -70,9 +71,11 @@ class Increments:
         offset = errors_of_offset(motion.matrix, self._misalignment.offset_covariance, gain)
         focal = errors_of_focal_lengths(motion.matrix, self._misalignment.focal_covariance, gain)
         increment = Increment(motion, seconds(last.stamp, prepared.stamp))
-        change = np.zeros(6) if twist is None else increment.twist - twist
+        change = (self._motion_model.change_unseen(increment) if twist is None
+                  else increment.twist - twist)
         timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change,
-                                  float(self._misalignment.readout_covariance[0, 0]))
+                                  float(self._misalignment.readout_covariance[0, 0]),
+                                  unknown_jitter=MAX_SCATTER)
         return self._with_scale(Increment(
             motion.with_covariance(motion.covariance + offset + focal + timing),
             increment.interval))

@@ -107,7 +107,8 @@ class SystematicError:
 
 
 def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: PreparedFrame,
-                     change: np.ndarray, readout_variance: float = 0.0) -> np.ndarray:
+                     change: np.ndarray, readout_variance: float = 0.0,
+                     unknown_jitter: float = 0.0) -> np.ndarray:
     """
     Return the covariance that errors of two stamps add to a motion, 6x6.
 
@@ -115,8 +116,10 @@ def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: Prepared
     :param change: of the velocity since it was measured [m/s, rad/s].
     :param readout_variance: of the time that a rolling shutter takes [s^2]. What is not corrected
         of it is an error of the time of each row.
+    :param unknown_jitter: where there were too few stamps to show any [s].
     """
-    jitter = max(source.stamp_jitter, target.stamp_jitter)
+    shown = [each.stamp_jitter for each in (source, target) if each.stamp_jitter is not None]
+    jitter = max(shown, default=unknown_jitter)
     latency_variance = _latency_sigma(jitter) ** 2 + _ROW_VARIANCE * readout_variance
     covariance = np.empty((6, 6))
     kernels.stamp_errors(

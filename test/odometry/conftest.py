@@ -72,6 +72,8 @@ class Parts:
     """The motion expected without images."""
     observed = np.array([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
     """The twist that depth alone shows."""
+    unseen = np.zeros(6)
+    """By how much the velocity may have changed before it was measured."""
     start = any_pose()
     """The level pose of the first frame."""
     time_to_rest = 0.25
@@ -91,6 +93,7 @@ class Parts:
                 increment.pose @ self.with_terms, increment.interval),
             ('MotionModel', 'time_to_rest'): self.time_to_rest,
             ('MotionModel', 'observed_twist'): self.observed,
+            ('MotionModel', 'change_unseen'): lambda increment: self.unseen,
             ('OtherOdometry', 'motion'): lambda start, end: self.by_wheels,
             ('Attempts', 'of'): lambda prepared, references, *_: [
                 attempt(prepared, references) for attempt in self.attempts],

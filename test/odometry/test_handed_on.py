@@ -310,6 +310,20 @@ def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_t
         + (0.02 ** 2 + readout ** 2 / 12) / 3 * np.diag(changes.repeat(3)), atol=1e-12)
 
 
+def test_the_first_increment_has_the_errors_of_stamps_that_may_jitter(
+        parts, tracked, attempt_to):
+    """Two stamps show none, and one increment no change of the velocity."""
+    parts.stamp_jitter, parts.unseen = None, np.array([0.03, 0.0, 0.0, 0.0, 0.06, 0.0])
+    tracked(attempt_to())
+    last = parts.asked('KeyframeChoice', 'advance')[0][0].keyframe
+    (seen, *_), = parts.asked('ExpectedMotion', 'fused_increment')
+    velocity = se3.difference(seen.pose.matrix, np.eye(4)) / seen.interval
+    np.testing.assert_allclose(
+        seen.pose.covariance - last.motion_to(parts.attempt.seen)[0].covariance,
+        2 * 0.005 ** 2 * np.outer(velocity, velocity)
+        + 0.02 ** 2 / 3 * np.diag(np.repeat([0.03 ** 2, 0.06 ** 2], 3)), atol=1e-12)
+
+
 @pytest.mark.parametrize('evidence, shown, gain', [
     (Evidence.KEYPOINTS, np.diag([0.9, 0.8, 0.7, 0.3, 0.2, 0.1]), None),
     (Evidence.KEYPOINTS, None, np.zeros((6, 6))), (DARK, None, np.eye(6))])

@@ -87,6 +87,22 @@ def test_the_velocity_changes_by_no_more_than_the_limits_of_speed():
     np.testing.assert_allclose(np.diag(model.change_of_twist(10.0)), [4, 4, 4, 9, 9, 9])
 
 
+def test_a_velocity_never_measured_changes_by_the_acceleration_or_from_rest():
+    """Of 3 m/s^2 along each axis in 0.1 s, and of 0.5 rad/s from rest."""
+    model = MotionModel(OdometrySettings(acceleration_sigma=3.0, angular_acceleration_sigma=15.0))
+    twist = np.array([0.0, -2.0, 0.0, 0.3, 0.0, 0.4])
+    increment = Increment(PoseWithCovariance(se3.exp(0.1 * twist)), 0.1)
+    np.testing.assert_allclose(
+        model.change_unseen(increment),
+        [*(0.3 * np.sqrt(3) * increment.twist[:3] / np.linalg.norm(increment.twist[:3])),
+         0.3, 0.0, 0.4], atol=1e-9)
+
+
+def test_a_camera_at_rest_has_changed_no_velocity():
+    increment = Increment(PoseWithCovariance(np.eye(4)), 0.1)
+    assert not MotionModel(OdometrySettings()).change_unseen(increment).any()
+
+
 @pytest.mark.parametrize('speed, turn_rate, exceeds', [
     (1.9, 0.9, False), (2.1, 0.0, True), (0.0, 1.1, True)])
 @pytest.mark.parametrize('interval', [0.1, 0.5])
