@@ -22,15 +22,12 @@ from collections.abc import Callable, Iterator, Sequence
 import cv2
 import numpy as np
 from camera_table import print_camera_table
+from run_scores import RunScores
 from weights import frames_of
 
 from aick_ros.evaluation.scores.consistency import Consistency
-from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
-from aick_ros.evaluation.scores.run_errors import RunErrors
-from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.odometry import Odometry
 
 FRAMES = 150
 SHORT, STEP = 18, 6  # frames from each other start, and from start to start
@@ -96,19 +93,13 @@ CHANGES: dict[str, Change] = {
 
 def row(camera: str, name: str, runs: Sequence[Sequence[RgbdFrame]], truth: Trajectory) -> str:
     """Return the row of some runs over a camera's frames, the errors in the mean of the runs."""
-    lost, moving, squares, nees = 0, 0, [], []
-    for frames in runs:
-        odometry = Odometry()
-        updates = [odometry.register_frame(frame) for frame in frames]
-        records = [FrameRecord.of(update) for update in updates]
-        errors = compare(trajectory_of(records), truth)
-        assert errors is not None  # the poses have the stamps of the truth
-        lost += sum(update.status.is_lost for update in updates)
-        moving += sum('move' in update.reason for update in updates)
-        squares.append(np.sqrt(np.mean(errors.positions() ** 2)))
-        nees += [error.nees for error in RunErrors.of(records, truth).accepted]
-    return (f'| {camera} | {name} | {sum(map(len, runs))} | {lost} | {moving} | '
-            f'{1e3 * np.mean(squares):.1f} | {Consistency.of(nees).inside_95 or 0.0:.2f} |')
+    found = [RunScores.of(frames, truth) for frames in runs]
+    consistency = Consistency.of(nees for run in found for nees in run.nees)
+    frames, lost, with_objects = (sum(counts) for counts in zip(
+        *((run.frames, run.lost, run.with_objects) for run in found)))
+    return (f'| {camera} | {name} | {frames} | {lost} | {with_objects} | '
+            f'{1e3 * np.mean([run.ate for run in found]):.1f} | '
+            f'{consistency.inside_95 or 0.0:.2f} |')
 
 
 def rows(camera: str, count: int) -> Iterator[str]:

@@ -27,15 +27,10 @@ if __name__ == '__main__':
 
 import numpy as np
 from flawed_camera import FlawedCamera, Flaws
+from run_scores import RunScores
 from weights import SENSORS
 
-from aick_ros.evaluation.scores.consistency import Consistency
-from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
-from aick_ros.evaluation.scores.run_errors import RunErrors
-from aick_ros.evaluation.scores.statistics import root_mean_square
-from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry.camera import Camera
-from aick_ros.odometry import Odometry
 
 FRAMES = 80
 SIZES = (640, 480), (640, 360), (424, 240), (320, 240), (320, 180), (848, 480)
@@ -70,49 +65,27 @@ class Drawn(NamedTuple):
                    str(flaws))
 
 
-class Found(NamedTuple):
-    """What the odometry made of a camera."""
-
-    lost: int
-    moving: int
-    ate: float
-    consistency: Consistency
-
-    @classmethod
-    def of(cls, camera: FlawedCamera) -> Found:
-        """Return it."""
-        frames, truth = camera.recording()
-        odometry = Odometry()
-        updates = [odometry.register_frame(frame) for frame in frames]
-        records = [FrameRecord.of(update) for update in updates]
-        errors = compare(trajectory_of(records), truth)
-        assert errors is not None  # the poses have the stamps of the truth
-        return cls(sum(update.status.is_lost for update in updates),
-                   sum('move' in update.reason for update in updates),
-                   root_mean_square(errors.positions()), Consistency.of(
-                       error.nees for error in RunErrors.of(records, truth).accepted))
-
-    @property
-    def is_consistent(self) -> bool:
-        """Whether the mean NEES is what a right covariance gives, or somewhat less."""
-        low, high = CONSISTENT
-        return low <= (self.consistency.nees_mean or 0.0) <= high
-
-    def __str__(self) -> str:
-        """Return the cells of a row."""
-        return (f'{self.lost} | {self.moving} | {1e3 * self.ate:.1f} | '
-                f'{self.consistency.nees_mean or 0.0:.1f} | '
-                f'{self.consistency.inside_95 or 0.0:.2f}')
+def is_consistent(scores: RunScores) -> bool:
+    """Return whether the mean NEES is what a right covariance gives, or somewhat less."""
+    low, high = CONSISTENT
+    return low <= (scores.consistency.nees_mean or 0.0) <= high
 
 
-def summary(found: Mapping[int, Found]) -> Iterator[str]:
+def cells(scores: RunScores) -> str:
+    """Return the cells of a row."""
+    return (f'{scores.lost} | {scores.with_objects} | {1e3 * scores.ate:.1f} | '
+            f'{scores.consistency.nees_mean or 0.0:.1f} | '
+            f'{scores.consistency.inside_95 or 0.0:.2f}')
+
+
+def summary(found: Mapping[int, RunScores]) -> Iterator[str]:
     """Yield how many cameras have what they should, and the numbers of the others."""
     low, high = CONSISTENT
     for name, numbers in (
             ('no frame lost', [n for n, each in found.items() if each.lost]),
-            ('no objects', [n for n, each in found.items() if each.moving]),
+            ('no objects', [n for n, each in found.items() if each.with_objects]),
             (f'mean NEES of {low:g} to {high:g}', [
-                n for n, each in found.items() if not each.is_consistent])):
+                n for n, each in found.items() if not is_consistent(each)])):
         others = f'; not {", ".join(map(str, numbers))}' if numbers else ''
         yield f'{name}: {len(found) - len(numbers)} of {len(found)}{others}'
     median = np.median([each.consistency.nees_mean or 0.0 for each in found.values()])
@@ -130,8 +103,8 @@ def main() -> None:
     found = {}
     for number in range(options.first, (options.last or options.first) + 1):
         drawn = Drawn.of(number, options.frames)
-        found[number] = Found.of(drawn.camera)
-        print(f'| {number} | {drawn.kind} | {drawn.flaws} | {found[number]} |', flush=True)
+        found[number] = RunScores.of(*drawn.camera.recording())
+        print(f'| {number} | {drawn.kind} | {drawn.flaws} | {cells(found[number])} |', flush=True)
     for line in summary(found):
         print(f'\n{line}')
 
