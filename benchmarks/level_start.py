@@ -138,15 +138,16 @@ def row_of(folder: str) -> str:
     first = followed(odometry, frames, ImuSettings.level_wait)[0][0]
     is_turned = not np.array_equal(first.T_odom_camera, plain[0].T_odom_camera)
     gravity = odometry.gravity
-    if gravity.up is None or gravity.stamp is None:
+    estimate = gravity.estimate
+    if estimate is None or gravity.up is None or gravity.stamp is None:
         raise SystemExit(f'{folder} has no accelerations that were used')
     true_up = pose_at(truth, gravity.stamp)[2, :3]
     error = np.degrees(np.arccos(np.clip(gravity.up @ true_up, -1.0, 1.0)))
-    x, y, z = gravity.lever_arm
+    x, y, z = estimate.lever_arm
     return (f'| {Path(folder).name} | {tilt(first, pose_at(truth, first.stamp)):.1f} | '
             f'{"yes" if is_turned else "no"} | {x:.2f}, {y:.2f}, {z:.2f} | '
-            f'{gravity.lever_arm_sigma:.2f} | {1e3 * gravity.time_offset:.0f} | '
-            f'{1e3 * gravity.time_offset_sigma:.0f} | {error:.1f} | '
+            f'{estimate.lever_arm_sigma:.2f} | {1e3 * estimate.time_offset:.0f} | '
+            f'{1e3 * estimate.time_offset_sigma:.0f} | {error:.1f} | '
             f'{math.degrees(gravity.tilt_sigma):.1f} |')
 
 

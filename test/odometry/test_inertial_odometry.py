@@ -292,7 +292,7 @@ def test_the_accelerometer_of_a_kinect_is_found_beside_its_colour_camera(tum_fol
     odometry, recording = Odometry(), open_source(tum_folder('freiburg1_rpy_100'))
     for frame in islice(recording.frames(), 60):
         odometry.register_frame(frame)
-    gravity = odometry.gravity
-    assert -0.15 < gravity.lever_arm[0] < -0.06
-    assert np.abs(gravity.lever_arm[1:]).max() < 0.06
-    assert -0.04 < gravity.time_offset < -0.005
+    estimate = odometry.gravity.estimate
+    assert -0.15 < estimate.lever_arm[0] < -0.06
+    assert np.abs(estimate.lever_arm[1:]).max() < 0.06
+    assert -0.04 < estimate.time_offset < -0.005

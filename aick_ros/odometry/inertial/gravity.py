@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable
 
@@ -117,10 +118,9 @@ class Gravity:
         return bool(self._samples.unchanged) or self._disagreement.is_suspected
 
     @property
-    def bias(self) -> np.ndarray:
-        """Estimated bias of the accelerometer, 3, in the axes of the camera [m/s^2]."""
-        known = self._filter  # another thread may forget it meanwhile
-        return np.zeros(3) if known is None else known.bias.copy()
+    def estimate(self) -> GravityFilter | None:
+        """Copy of gravity, bias, lever arm and time offset; None: they are not estimated yet."""
+        return copy.deepcopy(self._filter)
 
     @property
     def stamp(self) -> int | None:
@@ -132,30 +132,6 @@ class Gravity:
         """Direction of gravity, 3, upwards, in the camera's axes there; None: it is not known."""
         known = self._filter
         return None if known is None else self._last.rotation.T @ known.up.vector
-
-    @property
-    def lever_arm(self) -> np.ndarray:
-        """Estimated place of the accelerometer, 3, in the axes of the camera [m]; or zero."""
-        known = self._filter
-        return np.zeros(3) if known is None else known.lever_arm.copy()
-
-    @property
-    def lever_arm_sigma(self) -> float:
-        """Largest standard deviation of the lever arm [m]; zero where it is not estimated."""
-        known = self._filter
-        return 0.0 if known is None else known.lever_arm_sigma
-
-    @property
-    def time_offset(self) -> float:
-        """Time to add to the stamps of the images, beside that of the samples [s]; or zero."""
-        known = self._filter
-        return 0.0 if known is None else known.time_offset
-
-    @property
-    def time_offset_sigma(self) -> float:
-        """Standard deviation of the time offset [s]; zero where it is not estimated."""
-        known = self._filter
-        return 0.0 if known is None else known.time_offset_sigma
 
     @property
     def complaint(self) -> str:

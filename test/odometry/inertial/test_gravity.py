@@ -110,7 +110,7 @@ def test_the_bias_that_tilts_the_start_is_found(fast):
     rows, gravity = follow(samples, seconds=30, drift=0.0)
     assert rows[0, 1] > 1.0
     assert rows[-1, 1] < 0.7 * rows[0, 1]
-    assert np.abs(gravity.bias - bias).max() < 0.06
+    assert np.abs(gravity.estimate.bias - bias).max() < 0.06
 
 
 def test_an_accelerometer_beside_the_camera_is_where_it_is_said_to_be():
@@ -122,7 +122,7 @@ def test_an_accelerometer_beside_the_camera_is_where_it_is_said_to_be():
                      rate=100.0)
     samples = imu_samples(lambda stamp: moving(stamp) @ beside, START - NANOSECONDS // 2,
                           START + 30 * NANOSECONDS, exact, np.random.default_rng(0))
-    found = [np.abs(follow(each, seconds=30, drift=0.0)[1].bias).max()
+    found = [np.abs(follow(each, seconds=30, drift=0.0)[1].estimate.bias).max()
              for each in (samples, dataclasses.replace(samples, position=place))]
     assert found[1] < 0.03 < 0.06 < found[0]
 
