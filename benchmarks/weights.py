@@ -25,6 +25,7 @@ import numpy as np
 from camera_table import print_camera_table
 from misalignment import KINDS, Misaligned
 
+from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.pair_evaluation import PairEvaluation
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
@@ -67,15 +68,34 @@ def rendered(kind: str, seed: int, count: int) -> tuple[list[RgbdFrame], Traject
     return frames, source.ground_truth
 
 
-def frames_of(camera: str, count: int) -> tuple[list[RgbdFrame], Trajectory]:
-    """Return the first frames of a camera, with the ground truth."""
-    kind, _, seed = camera.partition(':')
-    if kind in SENSORS or kind in KINDS:
-        return rendered(kind, int(seed), count)
-    source = open_source(camera)
+def recorded(recording: str, count: int) -> tuple[list[RgbdFrame], Trajectory]:
+    """
+    Return the first frames of a recording, with the ground truth.
+
+    :raises InputError: where it cannot be read, or has no ground truth or no frame.
+    """
+    source = open_source(recording)
     if source.ground_truth is None:
-        raise SystemExit(f'{camera} has no ground truth')
-    return list(itertools.islice(source.frames(raise_damage), count)), source.ground_truth
+        raise InputError(f'{recording} has no ground truth')
+    frames = list(itertools.islice(source.frames(raise_damage), count))
+    if not frames:
+        raise InputError(f'{recording} has no usable frame')
+    return frames, source.ground_truth
+
+
+def frames_of(camera: str, count: int) -> tuple[list[RgbdFrame], Trajectory]:
+    """
+    Return the first frames of a camera, with the ground truth.
+
+    :raises SystemExit: where it cannot be used, with the reason.
+    """
+    kind, _, seed = camera.partition(':')
+    if seed.isdecimal() and (kind in SENSORS or kind in KINDS):
+        return rendered(kind, int(seed), count)
+    try:
+        return recorded(camera, count)
+    except InputError as error:
+        raise SystemExit(str(error)) from None
 
 
 def errors(frames: list[RgbdFrame], truth: Trajectory,

@@ -78,6 +78,12 @@ def test_a_folder_called_as_a_number_is_a_recording(level_start, tmp_path, monke
     assert found == ([printed] if printed else [])
 
 
+def test_a_folder_that_is_no_recording_is_named(level_start, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, 'argv', ['level_start.py', str(tmp_path / 'nowhere')])
+    with pytest.raises(SystemExit, match='nowhere does not exist: a source is a ROS 2 bag'):
+        level_start.main()
+
+
 def test_a_frame_that_motion_capture_has_missed_is_named(level_start):
     truth = Trajectory(np.array([0, 10]), np.array([np.eye(4), np.eye(4)]))
     assert np.array_equal(level_start.pose_at(truth, 5), np.eye(4))
