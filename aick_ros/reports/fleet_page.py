@@ -12,10 +12,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from aick_ros.evaluation.runs.table import DONE, FAILED, Row
+from aick_ros.evaluation.runs.table import DONE, FAILED, UNUSED, Row
 from aick_ros.reports import canvas, page
 
-_MOST_FAILURES = 200  # chosen
+_MOST_LISTED = 200  # chosen
 _LONGEST_LABEL = 40  # characters, two in a row; chosen
 _WIDE = 10.0  # ratio; chosen: on a narrower logarithmic axis 1, 2 and 5 may be one label or none
 _MOST_TICKS = 5  # of such an axis; chosen
@@ -34,6 +34,11 @@ _SCORES = {
 
 _DRAWN = tuple(_SCORES)[:3]
 
+_OF_SENSORS = {'source': 'source', 'variant': 'settings', UNUSED: 'reason'}
+_OF_FAILURES = {'source': 'source', 'variant': 'settings', 'cause': 'cause', 'reason': 'reason',
+                'attempts': 'attempts'}
+"""Column of the table of runs -> its head in a list of some of them."""
+
 
 def fleet_page(rows: Sequence[Row]) -> str:
     """
@@ -47,7 +52,9 @@ def fleet_page(rows: Sequence[Row]) -> str:
                   for name in dict.fromkeys(str(row['variant']) for row in rows)}
     parts = [page.heading('Runs of a fleet', 1), page.tiles(_tiles(rows, done, failed)),
              *_variants(of_variant, failed), *_pictures(of_variant), *_runs(done),
-             *_failures(failed)]
+             *_listed('Sensors that are not used', _OF_SENSORS,
+                      [row for row in done if row.get(UNUSED)]),
+             *_listed('Failures', _OF_FAILURES, failed)]
     return page.page('Runs of a fleet', *parts, sorts_tables=True)
 
 
@@ -116,16 +123,16 @@ def _runs(done: Sequence[Row]) -> Iterator[str]:
         is_sortable=True)
 
 
-def _failures(failed: Sequence[Row]) -> Iterator[str]:
-    if not failed:
+def _listed(heading: str, columns: Mapping[str, str], rows: Sequence[Row]) -> Iterator[str]:
+    """Yield a list of runs, if there are any."""
+    if not rows:
         return
-    yield page.heading('Failures')
-    yield page.table(('source', 'settings', 'cause', 'reason', 'attempts'), (
-        (str(row['source']), str(row['variant']), str(row['cause']), str(row['reason']),
-         str(row.get('attempts', ''))) for row in failed[:_MOST_FAILURES]), is_sortable=True)
-    if len(failed) > _MOST_FAILURES:
-        yield page.paragraph(f'{len(failed) - _MOST_FAILURES} more are in the table of runs.',
-                             'quiet')
+    yield page.heading(heading)
+    yield page.table(tuple(columns.values()), (
+        tuple(str(row.get(column, '')) for column in columns) for row in rows[:_MOST_LISTED]),
+        is_sortable=True)
+    if len(rows) > _MOST_LISTED:
+        yield page.paragraph(f'{len(rows) - _MOST_LISTED} more are in the table of runs.', 'quiet')
 
 
 def _numbers(rows: Sequence[Row], column: str) -> list[float]:

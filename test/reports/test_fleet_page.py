@@ -100,6 +100,16 @@ def test_of_many_failures_the_first_are_listed_and_the_others_counted(count, mor
     assert (found and found[1]) == more
 
 
+@pytest.mark.usefixtures('undrawn')
+def test_sensors_that_are_not_used_are_named():
+    page = fleet_page([done('a', 'fast', 0.01, unused_sensors=''),
+                       done('b', 'fast', 0.01, unused_sensors='it <hangs>')])
+    assert '<h2>Sensors that are not used</h2>' in page
+    assert tables(page)[-1] == [['source', 'settings', 'reason'],
+                                ['b', 'fast', 'it &lt;hangs&gt;']]
+    assert 'Sensors' not in fleet_page(ROWS)
+
+
 def test_without_errors_or_failures_there_are_no_pictures_or_failures():
     page = fleet_page([done('a', 'fast', None)])
     assert '<svg' not in page and 'Failures' not in page

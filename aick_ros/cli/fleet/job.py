@@ -19,7 +19,7 @@ from aick_ros.cli.fleet.urls import is_url
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.output.run_folder import RunFolder
 from aick_ros.errors import InputError
-from aick_ros.evaluation.runs.table import Cell, Row
+from aick_ros.evaluation.runs.table import UNUSED, Cell, Row
 from aick_ros.evaluation.scores.evaluation import GAPS, Evaluation, evaluate
 from aick_ros.evaluation.scores.run_summary import summarize
 from aick_ros.settings import Settings
@@ -82,9 +82,10 @@ def _run(job: Job, recording: str | Path) -> Finished:
     started, start = datetime.now(), time.perf_counter()
     source = open_source(recording, job.options)
     reading = Reading(source, job.limit, ahead=False)  # one thread, as cv2 above
-    damaged: list[InputError] = []
+    damaged, complaints = list[InputError](), list[str]()
     try:
-        evaluation = evaluate(reading, job.settings, job.gaps, on_damaged=damaged.append)
+        evaluation = evaluate(reading, job.settings, job.gaps, on_damaged=damaged.append,
+                              on_complaint=complaints.append)
     except InputError as error:
         if not damaged:
             raise
@@ -101,7 +102,8 @@ def _run(job: Job, recording: str | Path) -> Finished:
         files = {path.name: path.read_bytes() for path in folder.path.iterdir()}
     figures = {
         **dict(_flat(_scores(evaluation), '')), 'ended': summary.ended,
-        'damaged_images': len(damaged), 'duration_s': summary.duration_s,
+        'damaged_images': len(damaged), UNUSED: '; '.join(complaints),
+        'duration_s': summary.duration_s,
         'tracked': summary.tracked, 'path_length_m': summary.path_length_m,
         'wall_time_s': summary.wall_time_s, 'peak_memory_mb': summary.peak_memory_mb}
     return Finished(reading.name, figures, files)

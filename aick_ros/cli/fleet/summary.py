@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Summary of a fleet: mean scores of each variant, failures, runs without a tracked frame."""
+"""Summary of a fleet: mean scores of each variant, failures, and what runs went without."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from aick_ros.cli.output.console import decimal, say, table
-from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, Row
+from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, UNUSED, Row
 
 REPORT = 'report.html'
 _NAMED = 5  # runs of each kind that are named; the table has all
@@ -22,7 +22,9 @@ def is_tracked(row: Row) -> bool:
 
 def show_summary(rows: Sequence[Row], out: Path, on_stderr: bool) -> None:
     """
-    Show the mean scores of each variant, and the first runs that failed or tracked nothing.
+    Show the mean scores of each variant, and the first runs that failed or lacked something.
+
+    That is a tracked frame, or a sensor that was not used.
 
     :param out: folder of the fleet.
     """
@@ -40,6 +42,12 @@ def show_summary(rows: Sequence[Row], out: Path, on_stderr: bool) -> None:
         say(f'{_name(row)}: no frame was tracked: {out / str(row["run"])} has the reasons')
     if untracked:
         say(f'in {len(untracked)} of {len(rows)} runs no frame was tracked')
+    unused = [row for row in rows if row.get(UNUSED)]
+    for row in unused[:_NAMED]:
+        say(f'{_name(row)}: {row[UNUSED]}')
+    if unused:
+        say(f'in {len(unused)} of {len(rows)} runs a sensor was not used: {out / TABLE} has the '
+            'reasons')
     say(f'details: {out / REPORT}')
 
 

@@ -23,6 +23,9 @@ TABLE = 'table.parquet'
 DONE, FAILED = 'done', 'failed'
 """Values of the column ``status``."""
 
+UNUSED = 'unused_sensors'
+"""Column that says of a run's sensors why they are not used; '' where all are."""
+
 VARIED = 'set.'
 """Beginning of the names of the columns with settings that were varied."""
 

@@ -47,6 +47,7 @@ def test_the_figures_are_those_of_the_recording(folder, recording, monkeypatch):
     assert figures['path_length_m'] == pytest.approx(length, rel=0.1)
     assert (figures['frames'], figures['tracked']) == (5, 5)
     assert (figures['ended'], figures['damaged_images']) == ('complete', 0)
+    assert figures['unused_sensors'] == ''
     assert figures['wall_time_s'] > 0 < figures['peak_memory_mb']
     assert {'source', 'settings', 'machine', 'bytes_copied'}.isdisjoint(figures)
     assert threads == [1]
@@ -91,6 +92,14 @@ def test_damaged_images_are_counted(folder):
     summary = json.loads(finished.files['summary.json'])
     assert summary['damaged_images'] == 2
     assert summary['wall_time_s'] == finished.figures['wall_time_s']
+
+
+def test_a_sensor_that_is_not_used_is_named_once(recording, stuck, in_memory, monkeypatch):
+    source = in_memory(stuck, recording.ground_truth)
+    monkeypatch.setattr(job_module, 'open_source', lambda *options: source)
+    said = finish('desk').figures['unused_sensors']
+    assert said.startswith('the accelerometer has reported (0, -9.8, 0.5) m/s^2 for ')
+    assert said.count('the accelerometer') == 1
 
 
 def test_a_recording_without_a_usable_frame_says_why(folder):

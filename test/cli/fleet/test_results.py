@@ -86,7 +86,8 @@ def test_a_row_without_what_identifies_its_run_is_named(tmp_path, missing):
 def test_a_row_with_other_cells_than_a_run_has_is_named(tmp_path, cells):
     (tmp_path / 'runs' / 'a' / 'b').mkdir(parents=True)
     file = tmp_path / 'runs' / 'a' / 'b' / 'row.json'
-    content = {**row('bag'), 'run': 'runs/a/b', 'frames': 5, 'set.a': 'x', 'ate': None}
+    content = {**row('bag'), 'run': 'runs/a/b', 'frames': 5, 'set.a': 'x', 'ate': None,
+               'unused_sensors': 'it hangs'}
     file.write_text(json.dumps(content))
     assert Results(tmp_path).rows
     file.write_text(json.dumps({**content, **cells}))

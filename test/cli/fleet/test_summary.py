@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The end of a fleet names what failed and what tracked nothing."""
+"""The end of a fleet names what failed, what tracked nothing, and what was not used."""
 
 from pathlib import Path
 
@@ -29,6 +29,15 @@ def test_what_failed_and_what_was_not_tracked_is_named(capfd):
         'aick: dark (defaults): no frame was tracked: out/runs/dark has the reasons\n'
         'aick: in 1 of 3 runs no frame was tracked\n'
         'aick: details: out/report.html\n')
+
+
+def test_sensors_that_were_not_used_are_named(capfd):
+    show_summary([{**TRACKED, 'unused_sensors': ''}, {**TRACKED, 'unused_sensors': 'it hangs'},
+                  BROKEN], Path('out'), on_stderr=False)
+    assert capfd.readouterr().err.splitlines()[2:] == [
+        'aick: desk (defaults): it hangs',
+        'aick: in 1 of 3 runs a sensor was not used: out/table.parquet has the reasons',
+        'aick: details: out/report.html']
 
 
 def test_no_more_than_five_runs_are_named(capfd):
