@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -25,6 +26,7 @@ from aick_ros.registration.refinement.problem import depth_rate
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.status import Status
+from aick_ros.registration.systematic_error import stamp_sigma
 from aick_ros.registration.unexpected_motion import NEAR_POSE
 from aick_ros.settings import Settings
 
@@ -33,6 +35,10 @@ _SHARE_RECOGNISED = 0.12
 
 Chosen on eight rendered rooms: of pairs of views of two rooms, which have furniture alike, 0.3 %
 are registered instead of 4.5 %, of those that overlap 97 % as before."""
+
+_STAMPS = math.sqrt(6.0)
+"""Errors of stamps in a motion that is expected, by that of one. Derived, at a constant rate: the
+velocity has those of two stamps, and of both intervals the middle one counts twice."""
 
 KnownViews = Callable[[Reference, np.ndarray], Sequence[KnownView]]
 """Returns the views beside a reference, by it and the pose expected of a frame in it, 4x4."""
@@ -81,7 +87,7 @@ class Attempts:
         prepared, motion = self._moving(prepared, references.last, velocity.twist)
         doubtful = []
         if prepared.repeat is not Repeat.COLOUR:
-            expected = self._expected_pose(prepared.stamp, references.last.stamp, motion, velocity)
+            expected = self._expected_pose(prepared, references.last.stamp, motion, velocity)
             for attempt in self._by_keypoints(prepared, references, expected, tracked):
                 if _is_doubtful(attempt, prepared):
                     doubtful.append(attempt)
@@ -109,7 +115,7 @@ class Attempts:
         """
         keyframe, last = references.keyframe, references.last
         moving, motion = self._moving(prepared, last, velocity.twist)
-        expected = self._expected_pose(prepared.stamp, last.stamp, motion, velocity)
+        expected = self._expected_pose(prepared, last.stamp, motion, velocity)
         if expected is None:
             return prepared, None
         tracked, registration = self._registrar.track(
@@ -125,14 +131,15 @@ class Attempts:
             prepared = prepared.moving(self._expected.twist_at(prepared.stamp, twist))
         return prepared, self._expected.between(last.stamp, prepared.stamp, twist)
 
-    def _expected_pose(self, stamp: int, last: int, motion: PoseWithCovariance | None,
+    def _expected_pose(self, prepared: PreparedFrame, last: int, motion: PoseWithCovariance | None,
                        velocity: Velocity) -> ExpectedPose | None:
-        """Return the pose at a stamp that is expected in the last frame, by their stamps [ns]."""
+        """Return the pose of a frame that is expected in the last one, of a stamp [ns]."""
         if motion is None:
             return None
-        steady = self._expected.steady(last, stamp, velocity.twist)
-        return ExpectedPose(motion.matrix, seconds(velocity.confirmed, stamp),
-                            None if steady is None else steady.matrix)
+        steady = self._expected.steady(last, prepared.stamp, velocity.twist)
+        return ExpectedPose(motion.matrix, seconds(velocity.confirmed, prepared.stamp),
+                            None if steady is None else steady.matrix,
+                            _timing(velocity.twist, prepared.stamp_jitter or 0.0))
 
     def _by_keypoints(self, prepared: PreparedFrame, references: References,
                       expected: ExpectedPose | None, tracked: np.ndarray | None
@@ -230,6 +237,14 @@ class Attempts:
         if violation:
             return Status.MOTION_GATE, violation
         return Status.OK, registration.reason
+
+
+def _timing(twist: np.ndarray | None, jitter: float) -> tuple[float, float]:
+    """Return how far a pose is off the one expected by errors of stamps [m, rad]."""
+    if twist is None:
+        return 0.0, 0.0
+    error = _STAMPS * stamp_sigma(jitter)
+    return error * math.hypot(*twist[:3]), error * math.hypot(*twist[3:])
 
 
 def _is_certain(covariance: np.ndarray) -> bool:

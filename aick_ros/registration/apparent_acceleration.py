@@ -39,18 +39,19 @@ class ApparentAcceleration:
         self._before: _Shown | None = None
         self._last: _Shown | None = None
 
-    def sigmas(self, stamp: int, elapsed: float) -> np.ndarray:
+    def sigmas(self, stamp: int, expected: ExpectedPose) -> np.ndarray:
         """
         Return the standard deviations of the difference from the motion expected, 6 [m, rad].
 
         :param stamp: of the frame [ns].
-        :param elapsed: time since the velocity was measured [s].
         """
         last = self._before if self._is_last(stamp) else self._last
         shown = np.zeros(6)
         if last is not None and 0 < stamp - last.stamp < RESTART_AFTER:
             shown = last.acceleration  # else it is of another recording, or of long before
-        sigmas: np.ndarray = 0.5 * np.hypot(self._sigmas, shown) * elapsed ** 2
+        sigmas: np.ndarray = np.hypot(
+            0.5 * np.hypot(self._sigmas, shown) * expected.elapsed ** 2,
+            np.repeat(expected.timing, 3))
         return sigmas
 
     def note(self, stamp: int, found: Registration, expected: ExpectedPose) -> None:

@@ -155,7 +155,7 @@ class DynamicObjectCheck:
         """Return the registration, or the pose of the rest where all evidence is for that."""
         motions = None if not rest.is_confirmed else TwoMotions.of(
             found, rest.applied_to(found, ''), expected.T_target_source,
-            self._acceleration.sigmas(source.stamp, expected.elapsed))
+            self._acceleration.sigmas(source.stamp, expected))
         if motions is not None and motions.are_confirmed:
             if motions.evidence > 0.0 and differ(found.pose, rest.pose):
                 near = self._of_all_near(rest, found, source, target)

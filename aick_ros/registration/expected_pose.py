@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.borders.values import number
+from aick_ros.borders.values import number, numbers
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import MAX_STAMP, seconds
@@ -26,11 +26,14 @@ class ExpectedPose:
     :param steady: at constant velocity, 4x4, where other sensors have a part in the pose expected;
         None: they have not. The images are as uncertain as their motion has changed since,
         whatever others say.
+    :param timing: standard deviations of the position and of the orientation, by the errors of
+        stamps of a camera at this velocity [m, rad].
     """
 
     T_target_source: np.ndarray
     elapsed: float = np.inf
     steady: np.ndarray | None = None
+    timing: tuple[float, float] = (0.0, 0.0)
 
     def checked(self) -> ExpectedPose:
         """
@@ -41,11 +44,13 @@ class ExpectedPose:
         elapsed = number(self.elapsed, 'elapsed')
         if elapsed < seconds(0, 1):
             raise InputError(f'elapsed is {elapsed:g} s: it must be 1 ns at least')
+        position, orientation = numbers(self.timing, (2,), 'the errors of stamps').tolist()
         return ExpectedPose(
             se3.checked(self.T_target_source, 'the pose expected'),
             elapsed if elapsed <= 2 * seconds(0, MAX_STAMP) else np.inf,
             None if self.steady is None else se3.checked(
-                self.steady, 'the pose at constant velocity'))
+                self.steady, 'the pose at constant velocity'),
+            (position, orientation))
 
     @property
     def at_constant_velocity(self) -> np.ndarray:
@@ -63,7 +68,7 @@ class ExpectedPose:
             return se3.perturbed(T_reference_target @ pose, np.zeros(6))
 
         return ExpectedPose(moved(self.T_target_source), self.elapsed,
-                            None if self.steady is None else moved(self.steady))
+                            None if self.steady is None else moved(self.steady), self.timing)
 
     def change_to(self, T_target_source: np.ndarray) -> np.ndarray:
         """Return the pose of the camera, 4x4 in the target, in the camera as it is expected."""

@@ -36,10 +36,10 @@ class MotionPrior:
         self._sigmas = np.repeat(np.multiply(_SIGMA_FACTORS, sigmas), 3)
 
     def of(self, expected: ExpectedPose) -> PoseWithCovariance:
-        """Return the motion expected, with its covariance by the motion model."""
+        """Return the motion expected, with its covariance by the motion model and by stamps."""
         elapsed = min(expected.elapsed, _LONGEST)
         return PoseWithCovariance(expected.T_target_source, np.diag(
-            (0.5 * self._sigmas * elapsed ** 2) ** 2))
+            (0.5 * self._sigmas * elapsed ** 2) ** 2 + np.repeat(expected.timing, 3) ** 2))
 
     def is_exceeded_by(self, pose: PoseWithCovariance, expected: ExpectedPose) -> bool:
         """

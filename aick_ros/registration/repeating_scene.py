@@ -71,7 +71,7 @@ class RepeatingSceneCheck:
         if self._agreement.is_only_by(found, other, target):
             return found
         return self._by_keypoints(found, other, expected.T_target_source,
-                                  self._acceleration.sigmas(source.stamp, expected.elapsed))
+                                  self._acceleration.sigmas(source.stamp, expected))
 
     def _by_keypoints(self, found: Registration, other: Refined, expected: np.ndarray,
                       sigmas: np.ndarray) -> Registration:

@@ -124,7 +124,7 @@ def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: Prepared
     covariance = np.empty((6, 6))
     kernels.stamp_errors(
         motion, source.twist, target.twist, change, seconds(target.stamp, source.stamp),
-        _stamp_sigma(jitter) ** 2, latency_variance / 3, covariance)
+        stamp_sigma(jitter) ** 2, latency_variance / 3, covariance)
     return covariance
 
 
@@ -178,7 +178,7 @@ def errors_of_scale(translation: np.ndarray, sigma: float) -> np.ndarray:
     return covariance
 
 
-def _stamp_sigma(jitter: float) -> float:
+def stamp_sigma(jitter: float) -> float:
     """Return the standard deviation of each stamp [s], by their jitter [s]."""
     return max(jitter, min(_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER * jitter))
 

@@ -18,6 +18,8 @@ _SUDDEN = 5.0, 2.0
 
 Chosen on rendered rooms with boards that move through 10 to 60 % of the view."""
 
+_WITHIN = 2.0  # chosen: standard deviations of the errors of stamps
+
 NEAR_POSE = 0.05, np.radians(3.0)
 """Distance of two poses that do not contradict each other, though each may be rough [m, rad].
 Chosen: poses by AICK alone have a third of it at most in 95 of 100 frames of two excerpts of real
@@ -40,10 +42,12 @@ def suddenness(T_target_source: np.ndarray, expected: ExpectedPose,
 
     :param T_target_source: the pose that is found, 4x4.
     :param limits: acceleration [m/s^2] and angular acceleration [rad/s^2], such that the
-        change against the motion expected is at most the limit times the squared time.
+        change against the motion expected is at most the limit times the squared time. Errors of
+        stamps look like accelerations, and add to that.
     """
-    shift, angle = _distances(expected.change_to(T_target_source))
-    return max(shift / limits[0], angle / limits[1]) / expected.elapsed ** 2
+    changes = _distances(expected.change_to(T_target_source))
+    return max(change / (limit * expected.elapsed ** 2 + _WITHIN * by_stamps)
+               for change, limit, by_stamps in zip(changes, limits, expected.timing))
 
 
 def is_continued(T_target_source: np.ndarray, expected: ExpectedPose,

@@ -35,6 +35,7 @@ class View:
     surface: str = 'a room'
     twist: np.ndarray | None = None
     depth_lag: float = 0.0
+    stamp_jitter: float | None = 0.0
     keypoints: range = range(300)
     grey: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros((3, 4)))
 
@@ -363,6 +364,19 @@ def test_what_is_expected_by_sensors_and_at_constant_velocity_is_in_each_referen
         for pose, motion in ((expected.T_target_source, MOTION), (expected.steady, STEADY)):
             np.testing.assert_allclose(pose, se3.inverse(
                 reference.pose.matrix) @ moved.last.pose.matrix @ motion.matrix, atol=1e-12)
+
+
+@pytest.mark.parametrize('jitter, error', [(0.001, 0.0033), (0.002, 0.005), (0.008, 0.008),
+                                           (None, 0.0)])
+def test_errors_of_stamps_count_by_the_velocity_that_is_expected(moved, jitter, error):
+    """Those of three: of the ends, and twice of the one between both intervals."""
+    registrar = Playing(failed(Status.TOO_FEW_MATCHES, ''))
+    list(Attempts(Settings(), registrar, Expected()).of(
+        dataclasses.replace(view(0.3, repeat=Repeat.DEPTH), stamp_jitter=jitter), moved,
+        Velocity(TWIST), none_known))
+    lengths = np.linalg.norm(TWIST.reshape(2, 3), axis=1)
+    for _, _, expected, _ in registrar.given[:2]:
+        np.testing.assert_allclose(expected.timing, np.sqrt(1 + 4 + 1) * error * lengths)
 
 
 def test_a_rough_pose_that_was_tracked_is_one_in_the_keyframe(moved):

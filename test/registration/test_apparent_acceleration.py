@@ -34,12 +34,21 @@ def found(made, error=ERROR, **values):
                                T_target_source=se3.perturbed(EXPECTED, error))
 
 
+WANTED = ExpectedPose(EXPECTED, 0.4)
+
+
 def expected_sigmas(elapsed, shown=np.zeros(6)):
     return 0.5 * elapsed ** 2 * np.hypot(SIGMAS, shown)
 
 
 def test_at_first_it_is_that_of_the_motion_model(acceleration):
-    np.testing.assert_allclose(acceleration.sigmas(FIRST, 0.4), expected_sigmas(0.4))
+    np.testing.assert_allclose(acceleration.sigmas(FIRST, WANTED), expected_sigmas(0.4))
+
+
+def test_errors_of_stamps_make_the_motion_expected_less_certain(acceleration):
+    sigmas = acceleration.sigmas(FIRST, ExpectedPose(EXPECTED, 0.4, timing=(0.3, 2.0)))
+    np.testing.assert_allclose(
+        sigmas ** 2, expected_sigmas(0.4) ** 2 + np.repeat([0.3, 2.0], 3) ** 2)
 
 
 def test_what_a_frame_has_shown_makes_the_next_one_as_uncertain(acceleration, made):
@@ -47,22 +56,22 @@ def test_what_a_frame_has_shown_makes_the_next_one_as_uncertain(acceleration, ma
     acceleration.note(FIRST, found(made), ExpectedPose(EXPECTED, 0.3))
     shown = 2 * ERROR / 0.3 ** 2
     for _ in range(3):
-        np.testing.assert_allclose(acceleration.sigmas(FIRST + SECOND // 10, 0.4),
+        np.testing.assert_allclose(acceleration.sigmas(FIRST + SECOND // 10, WANTED),
                                    expected_sigmas(0.4, shown), rtol=1e-6)
         acceleration.note(FIRST + SECOND // 10, found(made, 2 * ERROR),
                           ExpectedPose(EXPECTED, 0.4))
-    np.testing.assert_allclose(acceleration.sigmas(FIRST + SECOND // 5, 0.4),
+    np.testing.assert_allclose(acceleration.sigmas(FIRST + SECOND // 5, WANTED),
                                expected_sigmas(0.4, 4 * ERROR / 0.4 ** 2), rtol=1e-6)
 
 
 @pytest.mark.parametrize('since', [-SECOND, LATER])
 def test_a_frame_long_before_or_of_another_recording_says_nothing(acceleration, made, since):
     acceleration.note(FIRST, found(made), ExpectedPose(EXPECTED, 0.3))
-    np.testing.assert_allclose(acceleration.sigmas(FIRST + since, 0.4), expected_sigmas(0.4))
+    np.testing.assert_allclose(acceleration.sigmas(FIRST + since, WANTED), expected_sigmas(0.4))
 
 
 @pytest.mark.parametrize('values, elapsed', [({'status': Status.TOO_FEW_MATCHES}, 0.3), ({}, 0.0)],
                          ids=['failed', 'at the same time'])
 def test_what_shows_no_motion_is_not_noted(acceleration, made, values, elapsed):
     acceleration.note(FIRST, found(made, **values), ExpectedPose(EXPECTED, elapsed))
-    np.testing.assert_allclose(acceleration.sigmas(FIRST + 1, 0.4), expected_sigmas(0.4))
+    np.testing.assert_allclose(acceleration.sigmas(FIRST + 1, WANTED), expected_sigmas(0.4))

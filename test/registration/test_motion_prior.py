@@ -32,6 +32,12 @@ def test_its_covariance_is_that_of_an_acceleration_since_the_velocity_was_measur
                                3 * [SIGMA] + 3 * [0.5 * 15.0 * ELAPSED ** 2])
 
 
+def test_errors_of_stamps_are_a_part_of_its_covariance():
+    prior = PRIOR.of(ExpectedPose(np.eye(4), ELAPSED, timing=(0.03, 0.4)))
+    np.testing.assert_allclose(np.diagonal(prior.covariance - PRIOR.of(EXPECTED).covariance),
+                               np.repeat([0.03, 0.4], 3) ** 2)
+
+
 def test_it_does_not_grow_for_ever():
     covariances = [PRIOR.of(ExpectedPose(np.eye(4), elapsed)).covariance
                    for elapsed in (10.0, np.inf)]

@@ -204,11 +204,15 @@ class Played:
             SimpleNamespace(is_lost_by=lambda *of: self.lost_by.append(of) or self.is_lost,
                             is_better_by=lambda *of: self.better_by.append(of) or self.is_better,
                             is_only_by=lambda *of: self.only_by.append(of) or self.is_only),
-            SimpleNamespace(sigmas=lambda *of: self.uncertain.append(of) or self.sigmas(of[1])))
+            SimpleNamespace(sigmas=self.sigmas_of))
         self.uncertain, self.shown = [], np.zeros(6)
         self.lost_by, self.better_by, self.is_lost, self.is_better = [], [], False, True
         self.only_by, self.is_only = [], False
         self.target, self.source = made.prepared(10 ** 9), made.prepared(11 * 10 ** 8)
+
+    def sigmas_of(self, stamp, expected):
+        self.uncertain.append((stamp, expected.elapsed))
+        return self.sigmas(expected.elapsed)
 
     def sigmas(self, elapsed):
         return 0.5 * elapsed ** 2 * np.hypot(SIGMAS, self.shown)

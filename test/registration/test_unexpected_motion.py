@@ -25,6 +25,14 @@ def test_suddenness_is_the_acceleration_by_its_limit(change, elapsed, ratio):
     assert suddenness(found, expected, LIMITS) == pytest.approx(ratio, abs=1e-12)
 
 
+@pytest.mark.parametrize(('change', 'ratio'), [
+    ([0.19, 0, 0, 0, 0, 0], 1.0), ([0, 0.38, 0, 0, 0, 0], 2.0), ([0, 0, 0, 0.32, 0, 0], 1.0)])
+def test_errors_of_stamps_are_no_sudden_motion(change, ratio):
+    """Of two standard deviations: 0.15 m and 0.3 rad may be accelerations, the rest stamps."""
+    expected = ExpectedPose(np.eye(4), 0.1, timing=(0.02, 0.01))
+    assert suddenness(se3.exp(change), expected, LIMITS) == pytest.approx(ratio)
+
+
 @pytest.mark.parametrize(('change', 'elapsed', 'continued'), [
     ([0.04, 0, 0, 0, 0, 0], 1.0, True), ([0.06, 0, 0, 0, 0, 0], 1.0, False),
     ([0, 0, 0, 0, 0, 0.06], 1.0, False), ([0.04, 0, 0, 0, 0, 0], 0.01, False)])
