@@ -45,6 +45,7 @@ class Flaws:
     :param drops: share of the images that are missing.
     :param holes: share of the depth image that is missing, in blots.
     :param max_depth: largest depth [m].
+    :param depth_readout: time from the first to the last row of a depth image [s].
     """
 
     readout: float = 0.0
@@ -58,6 +59,7 @@ class Flaws:
     drops: float = 0.0
     holes: float = 0.0
     max_depth: float = np.inf
+    depth_readout: float = 0.0
 
     @classmethod
     def drawn(cls, rng: np.random.Generator, rate: float) -> Flaws:
@@ -78,7 +80,8 @@ class Flaws:
             jitter=min(some(on_arrival, 0.0005, 0.004), 0.15 / rate),
             latency=some(on_arrival, 0.005, 0.035),
             repeats=some(0.3, 0.02, 0.1), drops=some(0.4, 0.05, 0.2), holes=some(0.3, 0.2, 0.6),
-            max_depth=some(0.4, 1.5, 4.0) or np.inf)
+            max_depth=some(0.4, 1.5, 4.0) or np.inf,
+            depth_readout=min(some(0.3, 0.005, 0.03), 0.9 / rate))
 
     def __str__(self) -> str:
         """Return those that a camera has."""
@@ -93,6 +96,8 @@ class Flaws:
         texts = [text.format(value) for text, value in named.items() if value]
         if np.isfinite(self.max_depth):
             texts.append(f'up to {self.max_depth:.1f} m')
+        if self.depth_readout:
+            texts.append(f'readout of depth {1e3 * self.depth_readout:.0f} ms')
         return ', '.join(texts) or 'none'
 
 
@@ -158,7 +163,7 @@ class FlawedCamera:
         late = flaws.latency + rng.normal(0.0, flaws.jitter)
         colour = ColourSensor(exposure_swing=0.0).measure(self._warped(seen), 1.0, rng)
         return RgbdFrame(seen.stamp + round(NANOSECONDS * late), colour,
-                         self._measured(seen.depth), self._camera)
+                         self._measured(self._rolled(seen)), self._camera)
 
     def _warped(self, seen: RgbdFrame) -> np.ndarray:
         """Return the colour image as a rolling shutter takes it through the lens, HxWx3 uint8."""
@@ -166,15 +171,33 @@ class FlawedCamera:
         v, u = np.indices(seen.depth.shape, np.float32)
         x, y = (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
         bent = 1 - flaws.distortion * (x * x + y * y)  # inverse of the lens, to first order
-        half = round(flaws.readout / 2 * NANOSECONDS)
-        T_first_last = se3.inverse(self._seen.pose(seen.stamp - half)) @ self._seen.pose(
-            seen.stamp + half)
-        flow = optical_flow(seen.depth, camera, se3.log(T_first_last).astype(np.float32))
+        flow = optical_flow(seen.depth, camera, self._motion(seen.stamp, flaws.readout))
         share = (v + 0.5) / camera.height - 0.5
         columns = camera.cx + camera.fx * x * bent - share * flow[0]
         rows = camera.cy + camera.fy * y * bent - share * flow[1]
         return cv2.remap(seen.colour, columns.astype(np.float32), rows.astype(np.float32),
                          cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+
+    def _rolled(self, seen: RgbdFrame) -> np.ndarray:
+        """Return the depth image as a rolling shutter takes it, HxW float32 [m]."""
+        camera, flaws, depth = self._camera, self._flaws, seen.depth
+        if not flaws.depth_readout:
+            return depth
+        twist = self._motion(seen.stamp + round(flaws.delay * NANOSECONDS), flaws.depth_readout)
+        flow = optical_flow(depth, camera, twist)
+        v, u = np.indices(depth.shape, np.float32)
+        share = (v + 0.5) / camera.height - 0.5
+        there: np.ndarray = cv2.remap(depth, u - share * flow[0], v - share * flow[1],
+                                      cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+        x, y = there * (u - camera.cx) / camera.fx, there * (v - camera.cy) / camera.fy
+        return there - share * (twist[2] + twist[3] * y - twist[4] * x)
+
+    def _motion(self, stamp: int, readout: float) -> np.ndarray:
+        """Return the motion of the camera during a readout about a stamp, a twist, 6 float32."""
+        half = round(readout / 2 * NANOSECONDS)
+        twist: np.ndarray = se3.log(
+            se3.inverse(self._seen.pose(stamp - half)) @ self._seen.pose(stamp + half))
+        return twist.astype(np.float32)
 
     def _measured(self, depth: np.ndarray) -> np.ndarray:
         """Return a depth image as the camera gives it, HxW float32 [m]."""

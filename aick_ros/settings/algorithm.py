@@ -97,8 +97,11 @@ class MisalignmentSettings(Checked):
     delay: float = parameter(
         0.0, 'Time by which depth images are taken later than their stamps say.', unit='s',
         minimum=-0.1, maximum=0.1)
-    readout: float = parameter(
-        0.0, 'Time that a rolling shutter takes from the first row to the last.', unit='s',
+    colour_readout: float = parameter(
+        0.0, 'Time that a rolling shutter takes from the first row of colour images to the last.',
+        unit='s', minimum=-0.1, maximum=0.1)
+    depth_readout: float = parameter(
+        0.0, 'The same of depth images; a Kinect has both, a global shutter none.', unit='s',
         minimum=-0.1, maximum=0.1)
     colour_focal: float = parameter(
         0.0, 'Error of the focal length of the colour image: the true one is longer by this '

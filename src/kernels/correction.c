@@ -23,12 +23,33 @@ typedef struct {
   DepthRange range;
   CameraModel camera;
   const double *T_depth_colour, *T_target_source;  // poses, 4x4
-  Displacement source, target;                     // by their rows
+  Displacement source, target;                     // by the rows of the colour images
+  Displacement onto_depth;  // of what the depth image of the source shows at the same rows
   double colour_focal, depth_focal;  // focal lengths of the images by that of the camera
 } Correction;
 
+static bool is_still(const Displacement *displacement) {
+  for (int i = 0; i < 6; ++i)
+    if (displacement->by_row[i] != 0.0)
+      return false;
+  return true;
+}
+
+// Move some points by their rows.
+INLINE void move_points(const Displacement *by, int count, double (*points)[3]) {
+  Column before[3] = {{0}}, after[3];
+  for (int n = 0; n < count; ++n)
+    for (int i = 0; i < 3; ++i)
+      before[i][n] = points[n][i];
+  displace(by, before, after);
+  for (int n = 0; n < count; ++n)
+    for (int i = 0; i < 3; ++i)
+      points[n][i] = after[i][n];
+}
+
 // Move some points of the source along their rays to where the depth image has a surface.
-INLINE void put_on_surface(const Correction *by, int count, double (*points)[3]) {
+INLINE void put_on_surface(const Correction *by, bool are_rows_alike, int count,
+                           double (*points)[3]) {
   for (int step = 0; step < DEPTH_STEPS; ++step) {
     double seen[BATCH][3], pixels[BATCH][2];
     for (int n = 0; n < count; ++n) {
@@ -36,6 +57,8 @@ INLINE void put_on_surface(const Correction *by, int count, double (*points)[3])
       seen[n][0] *= by->depth_focal;
       seen[n][1] *= by->depth_focal;
     }
+    if (!are_rows_alike)
+      move_points(&by->onto_depth, count, seen);
     for (int n = 0; n < count; n += FOUR)
       project(seen[n], count - n, &by->camera, pixels[n]);
     for (int n = 0; n < count; ++n)
@@ -58,18 +81,6 @@ INLINE void put_on_rays(const Correction *by, int count, double (*points)[3], do
     }
 }
 
-// Move some points of the source by their rows.
-INLINE void move_points(const Displacement *by, int count, double (*points)[3]) {
-  Column before[3] = {{0}}, after[3];
-  for (int n = 0; n < count; ++n)
-    for (int i = 0; i < 3; ++i)
-      before[i][n] = points[n][i];
-  displace(by, before, after);
-  for (int n = 0; n < count; ++n)
-    for (int i = 0; i < 3; ++i)
-      points[n][i] = after[i][n];
-}
-
 // Move some rays of the target as moving the rows of what they see does.
 INLINE void move_rays(const Correction *by, int count, const double (*points)[3],
                       double (*rays)[2]) {
@@ -87,22 +98,16 @@ INLINE void move_rays(const Correction *by, int count, const double (*points)[3]
       rays[n][i] = after[i][n] / after[2][n];
 }
 
-static bool is_still(const Displacement *displacement) {
-  for (int i = 0; i < 6; ++i)
-    if (displacement->by_row[i] != 0.0)
-      return false;
-  return true;
-}
-
 FOR_EACH_PROCESSOR
 static void correct(const Correction *by, Py_ssize_t count, double (*points)[3],
                     double (*rays)[2]) {
   const bool are_points_still = is_still(&by->source), are_rays_still = is_still(&by->target);
+  const bool are_rows_alike = is_still(&by->onto_depth);
   for (Py_ssize_t first = 0; first < count; first += BATCH) {
     const int many = count - first < BATCH ? (int)(count - first) : BATCH;
     double(*some)[3] = points + first;
     put_on_rays(by, many, some, rays + first);
-    put_on_surface(by, many, some);
+    put_on_surface(by, are_rows_alike, many, some);
     if (!are_points_still)
       move_points(&by->source, many, some);
     if (!are_rays_still)
@@ -123,8 +128,8 @@ PyObject *kernel_corrected_tracks(PyObject *module, PyObject *arguments) {
   const Argument needed[] = {
       {"the image", objects[0], 'f', IMAGE, false},
       {"the camera", objects[1], 'd', CAMERA, false},
-      {"the twists of the source", objects[2], 'd', 12, false},
-      {"the twists of the target", objects[3], 'd', 12, false},
+      {"the twists of the source", objects[2], 'd', 18, false},
+      {"the twists of the target", objects[3], 'd', 18, false},
       {"the pose", objects[4], 'd', 16, false},
       {"the points", objects[5], 'd', 3 * count, false},
       {"the rays", objects[6], 'd', 2 * count, false},
@@ -136,17 +141,21 @@ PyObject *kernel_corrected_tracks(PyObject *module, PyObject *arguments) {
     return NULL;
   const Py_buffer *views = arrays.views;
   const double *source = views[2].buf, *target = views[3].buf, still[6] = {0};
-  double towards_depth[6], T_depth_colour[16];
-  for (int i = 0; i < 6; ++i)
+  double towards_depth[6], T_depth_colour[16], by_rows[6];
+  for (int i = 0; i < 6; ++i) {
     towards_depth[i] = -source[i];
+    by_rows[i] = source[6 + i] - source[12 + i];
+  }
   exp_pose(towards_depth, T_depth_colour);
   by.image = (DepthImage){views[0].buf, size_of(&views[0])};
   by.camera = camera_of(views[1].buf);
   by.T_depth_colour = T_depth_colour;
   by.T_target_source = views[4].buf;
-  by.source.constant = by.target.constant = still;
+  by.source.constant = by.target.constant = by.onto_depth.constant = still;
   by.source.by_row = source + 6;
   by.target.by_row = target + 6;
+  by.onto_depth.by_row = by_rows;
+  by.onto_depth.height = by.source.height;
   memcpy(views[7].buf, views[5].buf, (size_t)views[5].len);
   memcpy(views[8].buf, views[6].buf, (size_t)views[6].len);
   Py_BEGIN_ALLOW_THREADS

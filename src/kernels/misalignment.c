@@ -15,7 +15,7 @@
 
 enum {
   POSE = 6,
-  UNKNOWNS = 16,  // of each residual: pose 6, offset 6, delay, readout, two focal lengths
+  UNKNOWNS = 17,  // of each residual: pose 6, offset 6, delay, two readouts, two focal lengths
   AROUND = 4,     // nodes of the distortion around a point
   MOST_NODES = 1 << 10,
 };
@@ -116,7 +116,7 @@ static void to_source(const Motion *motion, const double *moved, double *point) 
   to_source_axes(motion, from, point);
 }
 
-// How far a point moves along a direction by a unit of readout time of a frame.
+// How far a point moves along a direction by a unit of readout time of an image.
 static double by_readout(const Motion *motion, int frame, const double *direction,
                          const double *point) {
   double moved[6];
@@ -149,9 +149,11 @@ static void keypoint_row(const Motion *motion, const double *jacobian, const dou
     row[POSE + i] = along_ray * depths[i];
   }
   row[12] = along_twist(row + POSE, motion->twists[0]);
-  row[13] = by_readout(motion, 0, in_source, point) - by_readout(motion, 1, jacobian, moved);
-  row[15] = along_ray * by_focal_length(normal, point);
-  row[14] = by_focal_length(in_source, point) - by_focal_length(jacobian, moved) - row[15];
+  row[14] = row[12] * row_of(point, image_height(&motion->cameras[0]));
+  row[13] = by_readout(motion, 0, in_source, point) - by_readout(motion, 1, jacobian, moved) -
+            row[14];
+  row[16] = along_ray * by_focal_length(normal, point);
+  row[15] = by_focal_length(in_source, point) - by_focal_length(jacobian, moved) - row[16];
 }
 
 // Return whether there are so many unknowns; false, with a ValueError, otherwise.
@@ -374,10 +376,10 @@ static inline void depth_row(const DepthResiduals *of, Py_ssize_t n, const Motio
   }
   derivatives[12] =
       along_twist(of_source, motion->twists[0]) - along_twist(of_target, motion->twists[1]);
-  derivatives[13] =
+  derivatives[13] = derivatives[15] = 0.0;  // of the colour image
+  derivatives[14] =
       by_readout(motion, 0, in_source, point) - by_readout(motion, 1, in_target, moved);
-  derivatives[14] = 0.0;
-  derivatives[15] = by_focal_length(in_source, point) - by_focal_length(in_target, moved);
+  derivatives[16] = by_focal_length(in_source, point) - by_focal_length(in_target, moved);
   // an error of the inverse depth moves a point p by -z p
   row->applied = 0.0;
   row->count = 0;

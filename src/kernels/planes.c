@@ -352,9 +352,9 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
       {"the chosen cells", objects[1], 'q', count, false},
       {"the normals of the source", objects[2], 'f', 3 * all, false},
       {"the roughness of the source", objects[3], 'f', all, false},
-      {"the twists of the source", objects[4], 'd', 12, false},
+      {"the twists of the source", objects[4], 'd', 18, false},
       {"the pose", objects[5], 'd', 16, false},
-      {"the twists of the target", objects[6], 'd', 12, false},
+      {"the twists of the target", objects[6], 'd', 18, false},
       {"the points of the target", objects[7], 'f', 3 * size, false},
       {"the normals of the target", objects[8], 'f', 3 * size, false},
       {"the usable cells", objects[9], '?', size, false},
@@ -378,18 +378,18 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
   source.normals = arrays.views[2].buf;
   source.roughness = arrays.views[3].buf;
   source.moves.constant = arrays.views[4].buf;
-  source.moves.by_row = source.moves.constant + 6;
+  source.moves.by_row = source.moves.constant + 12;  // behind the rows of colour
   double scaled[16];
   pairing.pose = arrays.views[5].buf;
   if (rate != 1.0) {
     scale_motion(pairing.pose, rate, scaled);
     pairing.pose = scaled;
   }
-  double undone[12];
-  for (int i = 0; i < 12; ++i)
+  double undone[18];
+  for (int i = 0; i < 18; ++i)
     undone[i] = -((const double *)arrays.views[6].buf)[i];
   source.back.constant = undone;
-  source.back.by_row = undone + 6;
+  source.back.by_row = undone + 12;
   cells.points = arrays.views[7].buf;
   cells.normals = arrays.views[8].buf;
   cells.usable = arrays.views[9].buf;

@@ -98,6 +98,15 @@ def test_a_rolling_shutter_shows_the_first_row_earlier_and_the_last_one_later(re
     assert abs(moved) >= 4  # so that a shift of a pixel is little
 
 
+def test_the_depth_of_a_rolling_shutter_is_that_of_the_time_of_its_row(recording, good):
+    frames, _ = recording(depth_readout=2 / RATE)
+    np.testing.assert_array_equal(frames[3].colour, good[0][3].colour)
+    for rows, other in ((slice(0, 6), 2), (slice(29, 35), 3), (slice(58, 64), 4)):
+        errors = [np.nanmedian(np.abs(frames[3].depth - frame.depth)[rows, 8:-8])
+                  for frame in good[0]]
+        assert np.argmin(errors) == other
+
+
 def test_a_lens_moves_the_edges_alone(recording, good):
     """By k r^3 of the focal length, outwards for a positive coefficient."""
     (first, *_), _ = recording(distortion=0.08)
@@ -118,7 +127,8 @@ def test_stamps_have_jitter_and_latency_together_or_neither(flawed):
     assert all((flaws.jitter > 0) == (flaws.latency > 0) for flaws in drawn)
     assert 60 < sum(flaws.jitter > 0 for flaws in drawn) < 140
     assert max(flaws.jitter for flaws in drawn) <= 0.15 / 30
-    for name in ('readout', 'delay', 'scale', 'drops', 'repeats', 'holes', 'distortion'):
+    for name in ('readout', 'depth_readout', 'delay', 'scale', 'drops', 'repeats', 'holes',
+                 'distortion'):
         assert 30 < sum(getattr(flaws, name) != 0 for flaws in drawn) < 140
 
 

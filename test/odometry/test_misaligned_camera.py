@@ -62,7 +62,7 @@ def learned(delay, count, stamped=0.0):
 def test_the_delay_of_the_depth_images_is_learned_and_outlives_a_reset():
     odometry = learned(DELAY, 80)
     assert odometry.misalignment.delay == pytest.approx(DELAY, rel=0.4)
-    assert odometry.misalignment.readout == 0.0
+    assert odometry.misalignment.colour_readout == odometry.misalignment.depth_readout == 0.0
     odometry.reset()
     assert odometry.misalignment.delay > 0.0
 

@@ -186,7 +186,7 @@ def test_the_pose_is_that_of_the_colour_image_where_depth_is_taken_later(late, u
     lags = {frame: se3.exp(lag * twist) if frame == late else np.eye(4)
             for frame in ('source', 'target')}
     moving, rest = (dict(depth_lag=lag - unstamped, twist=t) for t in (twist, np.zeros(6)))
-    delay = MisalignmentEstimate(Misalignment(np.zeros(6), unstamped, 0.0))
+    delay = MisalignmentEstimate(Misalignment(np.zeros(6), unstamped, 0.0, 0.0))
     target, source = (
         dataclasses.replace(prepared(CORNER, pose @ lags[frame], stamp, rng),
                             **(moving if frame == late else rest))
@@ -234,7 +234,7 @@ def test_the_pose_is_that_of_the_stamp_where_a_shutter_rolls():
     source = rolled(CORNER, MOTION, twist, readout, 33_000_000, rng)
     errors = []
     for known in (0.0, readout):
-        estimate = MisalignmentEstimate(Misalignment(np.zeros(6), 0.0, known))
+        estimate = MisalignmentEstimate(Misalignment(np.zeros(6), 0.0, 0.0, known))
         found = DepthAlone(Settings(), misalignment=estimate).register(
             source, target, PoseWithCovariance(MOTION, PRIOR), PRIOR)
         errors.append(np.abs(se3.difference(found.T_target_source, MOTION)))
@@ -293,7 +293,7 @@ class Played:
         fine = SimpleNamespace(name='fine', chosen=np.arange(4 * count - 1))
         self.surfaces = [(self.surface, fine), tuple(
             SimpleNamespace(name=name) for name in ('coarse', 'fine'))]
-        self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.005, 0.03))
+        self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.005, 0.03, 0.02))
         self.alone = DepthAlone(Settings(), SimpleNamespace(expected=self._noise),
                                 self.misalignment)
         self.alone._surfaces = Surfaces({
@@ -417,7 +417,7 @@ def test_depth_is_corrected_by_the_velocity_of_each_frame(play, known, twists):
         for moved, twist, lag in zip((correction.source, correction.target), twists,
                                      (0.01, 0.02)):
             np.testing.assert_allclose(
-                moved.twists, np.outer([lag + 0.005, 0.03], twist * played.twist))
+                moved.twists, np.outer([lag + 0.005, 0.03, 0.02], twist * played.twist))
 
 
 @pytest.mark.parametrize('width, cells', [

@@ -26,7 +26,8 @@ def test_seen_from_another_frame_it_is_the_same_camera(steady):
     np.testing.assert_allclose(seen.T_target_source, MOVED @ POSE, atol=1e-12)
     np.testing.assert_allclose(seen.at_constant_velocity,
                                MOVED @ (POSE if steady is None else STEADY), atol=1e-12)
-    assert (seen.elapsed, seen.timing) == (0.1, (0.01, 0.02)) and (seen.steady is None) == (steady is None)
+    assert (seen.elapsed, seen.timing) == (0.1, (0.01, 0.02))
+    assert (seen.steady is None) == (steady is None)
 
 
 def test_errors_of_rounding_do_not_grow_along_expected_poses():
@@ -53,7 +54,8 @@ def test_a_velocity_is_predicted_where_it_is_known(twist, elapsed, is_known):
 
 @pytest.mark.parametrize('given, reason', [
     ((2 * np.eye(4),), 'the pose expected'), ((POSE, 0.1, 2 * np.eye(4)), 'at constant velocity'),
-    ((POSE, 0.1, None, (0.1,)), 'the errors of stamps'), ((POSE, 0.9e-9), 'elapsed is 9e-10 s: it must be 1 ns at least'), ((POSE, '1'), 'elapsed')])
+    ((POSE, 0.1, None, (0.1,)), 'the errors of stamps'),
+    ((POSE, 0.9e-9), 'elapsed is 9e-10 s: it must be 1 ns at least'), ((POSE, '1'), 'elapsed')])
 def test_what_is_no_pose_or_no_time_is_rejected(given, reason):
     with pytest.raises(InputError, match=reason):
         ExpectedPose(*given).checked()

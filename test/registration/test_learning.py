@@ -34,8 +34,8 @@ UNREFINED = with_values(Settings(), {'refinement.mode': 'none'})
 DELAY_SIGMA, LEARNED_DELAY = 0.004, 0.013
 LEARNED_DISTORTION = DepthDistortion(np.full((ROWS, COLUMNS), 0.001))
 EQUATIONS = Equations(np.eye(40), np.zeros(40))
-SAMPLE = MisalignmentSample(np.eye(10), np.zeros(10), EQUATIONS)
-ALONE = MisalignmentSample(np.eye(10), np.zeros(10))
+SAMPLE = MisalignmentSample(np.eye(11), np.zeros(11), EQUATIONS)
+ALONE = MisalignmentSample(np.eye(11), np.zeros(11))
 
 
 class Clock:
@@ -55,7 +55,8 @@ class Sensed:
     """What is learned of a camera: notes what it is given, and has what that teaches after it."""
 
     def __init__(self, log):
-        self._log, self.misalignment, self.delay_sigma = log, Misalignment(np.zeros(6), 0, 0), 0.0
+        self._log, self.delay_sigma = log, 0.0
+        self.misalignment = Misalignment(np.zeros(6), 0, 0, 0)
         self.distortion = NO_DISTORTION
 
     def assume(self, misalignment):
@@ -69,7 +70,7 @@ class Sensed:
         if sample is EQUATIONS:
             self.distortion = LEARNED_DISTORTION
         if sample is SAMPLE:
-            self.misalignment = Misalignment(np.zeros(6), LEARNED_DELAY, 0.0)
+            self.misalignment = Misalignment(np.zeros(6), LEARNED_DELAY, 0.0, 0.0)
             self.delay_sigma = DELAY_SIGMA
 
     def add_to(self, *given):

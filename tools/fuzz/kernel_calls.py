@@ -37,7 +37,7 @@ choose_cells q:n B:n q:k %i ?>n
 closest_pairs f:n,4 f:m,4 q:2,k f:k %f %f %f q>n,2
 composed_poses d:4,4 d:6,6 d:4,4 d:6,6 d>4,4 d>6,6
 corners B:h,v %b %i %i %i
-corrected_tracks f:h,v %f %f %f d:28 d:2,6 %f d:2,6 %f %f %f d:4,4 d:n,3 d:n,2 d>n,3 d>n,2
+corrected_tracks f:h,v %f %f %f d:28 d:3,6 %f d:3,6 %f %f %f d:4,4 d:n,3 d:n,2 d>n,3 d>n,2
 depth_equations d:n,3 d:n,3 d:n,6 d:n d:n %z d:4,4 d:2,6 d:28 d:28 %a %e d:a,e d:a,e \
  d>u,u d>2,u
 derivative_squares B:h,v
@@ -80,7 +80,7 @@ normalize d:n,2 d:28 d>n,2
 pairs_of_near_points f:n,4 f:m,4 %f
 pairs_of_similar_bits B:n,w B:m,w %w %f
 perturbed_pose d:4,4 d:6 d>4,4
-point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 %f d:2,6 %f %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
+point_to_plane f:m,3 q:n f:m,3 f:m d:3,6 %f d:4,4 %f d:3,6 %f %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
  %v %h d:4 d:2 d:3 %f %f %f %f d>n d>n,6 d>n d>n,3 d>n,3 q>n d>2,6,6
 pose_difference d:4,4 d:4,4 d>6
 predict_gravity d:16 d:16,16 %f d:3 d:3 d:3,3 d:3,3 d:3 d:3 d:3,3 %f %f d>16 d>16,16

@@ -37,20 +37,22 @@ class Misalignment:
     :param offset: 6, twist whose exponential is ``T_colour_depth``, of depth images that are
         taken for registered to colour [m, rad].
     :param delay: time from the colour image to the depth image that no stamp shows [s].
-    :param readout: time from the first to the last row of either image [s].
+    :param colour_readout: time from the first to the last row of the colour image [s];
+        ``depth_readout``: of the depth image.
     :param colour_focal: relative error of the focal length of the colour image: the true one is
         longer by this share than the camera's; ``depth_focal``: that of the depth image.
     """
 
     offset: np.ndarray
     delay: float
-    readout: float
+    colour_readout: float
+    depth_readout: float
     colour_focal: float = 0.0
     depth_focal: float = 0.0
 
     @classmethod
     def of(cls, values: np.ndarray) -> Misalignment:
-        """Return that of ten numbers: offset, delay, readout, both focal lengths."""
+        """Return that of eleven numbers: offset, delay, both readouts, both focal lengths."""
         return cls(values[:6], *map(float, values[6:]))
 
     @classmethod
@@ -60,9 +62,9 @@ class Misalignment:
 
     @cached_property
     def values(self) -> np.ndarray:
-        """The ten numbers: offset, delay, readout, both focal lengths."""
-        return np.array([*self.offset, self.delay, self.readout, self.colour_focal,
-                         self.depth_focal])
+        """The eleven numbers: offset, delay, both readouts, both focal lengths."""
+        return np.array([*self.offset, self.delay, self.colour_readout, self.depth_readout,
+                         self.colour_focal, self.depth_focal])
 
     @property
     def settings(self) -> MisalignmentSettings:
@@ -85,9 +87,10 @@ class Misalignment:
             order = 'later' if self.delay > 0.0 else 'earlier'
             sentences.append(f'depth images are taken {1e3 * abs(self.delay):.0f} ms {order} '
                              'than their stamps say')
-        if self.readout:
-            sentences.append('a rolling shutter takes '
-                             f'{1e3 * self.readout:.0f} ms from the first row to the last')
+        for name, readout in (('colour', self.colour_readout), ('depth', self.depth_readout)):
+            if readout:
+                sentences.append(f'a rolling shutter takes {1e3 * readout:.0f} ms from the first '
+                                 f'row of {name} images to the last')
         for name, error in (('colour', self.colour_focal), ('depth', self.depth_focal)):
             if error:
                 order = 'longer' if error > 0.0 else 'shorter'
@@ -96,7 +99,7 @@ class Misalignment:
         return '; '.join(sentences)
 
 
-NO_MISALIGNMENT = Misalignment.of(np.zeros(10))
+NO_MISALIGNMENT = Misalignment.of(np.zeros(11))
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +107,8 @@ class Displacement:
     """
     Displacement of what one frame sees by the misalignment and the motion of its camera.
 
-    :param twists: 2x6, of all points of the depth image, and from the first to the last row of
-        the points of both images [m, rad].
+    :param twists: 3x6, of all points of the depth image, and from the first to the last row of
+        the points of the colour and of the depth image [m, rad].
     :param height: of the image on the plane z = 1.
     """
 
@@ -137,9 +140,10 @@ class Correction:
         :param twists: 2x6, of the bodies of the cameras [m/s, rad/s].
         """
         times = np.array([(lag + misalignment.delay,) for lag in lags])
-        moved = np.empty((2, 2, 6))
+        moved = np.empty((2, 3, 6))
         moved[:, 0] = misalignment.offset + times * twists
-        moved[:, 1] = misalignment.readout * twists
+        moved[:, 1] = misalignment.colour_readout * twists
+        moved[:, 2] = misalignment.depth_readout * twists
         source, target = cameras
         return cls(Displacement(moved[0], image_height(source)),
                    Displacement(moved[1], image_height(target)),
@@ -161,7 +165,7 @@ class Correction:
         Return tracks as a camera without misalignment would see them.
 
         Points are moved along their rays, which are those of the colour image, to where the
-        displaced depth image has a surface; points and rays by their rows.
+        displaced depth image has a surface; points and rays by their rows of the colour images.
 
         :param T_target_source: 4x4; the depths in the target are taken from it, nothing else.
         """
@@ -174,7 +178,7 @@ class Correction:
         return Tracks(tracks.keypoints, points, rays, tracks.depths, tracks.sigmas)
 
 
-NO_CORRECTION = Correction(*2 * (Displacement(np.zeros((2, 6)), 1.0),))
+NO_CORRECTION = Correction(*2 * (Displacement(np.zeros((3, 6)), 1.0),))
 
 
 def image_height(camera: Camera) -> float:

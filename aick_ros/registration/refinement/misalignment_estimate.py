@@ -25,38 +25,42 @@ from aick_ros.registration.refinement.grouped_equations import MEMORY, RUN, Grou
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misalignment
 from aick_ros.registration.samples import MisalignmentSample
 
-_SIZE = 10  # offset in m and rad, delay and readout in s, relative errors of two focal lengths
+_SIZE = 11  # offset in m and rad, delay and two readouts in s, errors of two focal lengths
 _ALL = np.arange(_SIZE, dtype=np.int64)
-_OFFSET, _TIMES, _FOCAL = slice(0, 6), slice(6, 8), slice(8, 10)
-_READOUT = slice(7, 8)
+_OFFSET, _TIMES, _FOCAL = slice(0, 6), slice(6, 9), slice(9, 11)
+_COLOUR_READOUT, _DEPTH_READOUT = slice(7, 8), slice(8, 9)
 _PARTS: tuple[slice, ...] = _OFFSET, _TIMES, _FOCAL
-"""Offset; delay and readout; focal lengths. Each is significant or not: on a rolling shutter a
+"""Offset; delay and readouts; focal lengths. Each is significant or not: on a rolling shutter a
 delay alone is worse than none."""
 
 # All chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
 _KEPT = 0.8  # weight of a group's earlier registrations, each time that it is added to
 _FEWEST = 20  # registrations before anything is estimated
-PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02, 0.05, 0.05])
+PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02, 0.02, 0.05, 0.05])
 _DESIGN_EFFECT = 10.0  # of the information: residuals have common errors
 _PRIOR = np.diag(_DESIGN_EFFECT / PRIOR_SIGMAS ** 2)
-"""Information about the ten numbers before any registration, 10x10."""
+"""Information about the eleven numbers before any registration, 11x11."""
 
 _PROBABILITY = 0.5  # of an error of a camera, before any registration; chosen: as likely as none
 
-_SIGNIFICANT = {6: (45.0, 22.0, 15.0), 2: (50.0, 26.0, 22.0)}
+_SIGNIFICANT = {6: (45.0, 22.0, 15.0), 3: (48.0, 24.0, 19.0), 2: (50.0, 26.0, 22.0)}
 """Square of an estimate by its variance, both weighted by the information, from which on it is
 applied, by the number of unknowns: after 20, after 25 and from 30 registrations on. Derived:
 chance exceeds F(6, 3), F(2, 3) and so on, up to F(6, 7) and F(2, 7), so far in one to five of a
 thousand. Cameras without misalignment show 1 to 8, others 40 to 1000."""
 
-_LARGE = {6: 22.5, 2: 13.8}
+_LARGE = {6: 22.5, 3: 16.3, 2: 13.8}
 """Square of an estimate by its covariance from which on it is applied too. Derived: chance exceeds
 chi-square with as many degrees of freedom so far in one of a thousand. Offsets estimated of
 cameras without any show 0 to 15, others hundreds."""
 
+_SINGLY = (_OFFSET, slice(6, 7), _COLOUR_READOUT, _DEPTH_READOUT, slice(9, 10), slice(10, 11))
+"""What is applied or not by its size: the offset as a whole."""
+
 _STILL_SIGNIFICANT = 0.5  # of both: below it an estimate is no longer applied
 
-_SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004, 0.01, 0.01])
+_SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004, 0.004,
+                      0.01, 0.01])
 """Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms, 1 %."""
 
 _DELAY = 6  # by definition: its place among the unknowns
@@ -89,7 +93,7 @@ class MisalignmentEstimate:
         self._delay_sigma = _LARGEST_DELAY_SIGMA
         self._offset_covariance = _unknown(_OFFSET)
         self._focal_covariance = _unknown(_FOCAL)
-        self._readout_covariance = _unknown(_READOUT)
+        self._readout_covariance = _unknown(_COLOUR_READOUT)
 
     @property
     def misalignment(self) -> Misalignment:
@@ -113,7 +117,7 @@ class MisalignmentEstimate:
 
     @property
     def readout_covariance(self) -> np.ndarray:
-        """Covariance of the readout that is corrected, 1x1 [s^2]: also where none is."""
+        """Covariance of the readout of colour images, 1x1 [s^2]: also where none is corrected."""
         return self._readout_covariance
 
     def follow(self, camera: Camera) -> None:
@@ -169,7 +173,7 @@ class MisalignmentEstimate:
             weakest = margins.index(min(margins))
             parts = parts[:weakest] + parts[weakest + 1:]
         self._applied = parts
-        for unknowns in (_OFFSET, slice(6, 7), _READOUT, slice(8, 9), slice(9, 10)):
+        for unknowns in _SINGLY:
             if (np.abs(values[unknowns]) < _SMALLEST[unknowns]).all():
                 values[unknowns] = 0.0
         self._misalignment = Misalignment.of(self._known.values + values)
@@ -178,7 +182,7 @@ class MisalignmentEstimate:
         full = self._equations.full_covariance(scatter, _DESIGN_EFFECT)
         self._offset_covariance = _covariance_of(_OFFSET, values, estimate, full)
         self._focal_covariance = _covariance_of(_FOCAL, values, estimate, full)
-        self._readout_covariance = _covariance_of(_READOUT, values, estimate, full)
+        self._readout_covariance = _covariance_of(_COLOUR_READOUT, values, estimate, full)
 
     def _sigma_of_delay(self, applied: np.ndarray, estimate: np.ndarray,
                         scatter: np.ndarray) -> float:

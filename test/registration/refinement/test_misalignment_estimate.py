@@ -16,18 +16,18 @@ from aick_ros.registration.refinement.misalignment_estimate import (
 from aick_ros.registration.samples import MisalignmentSample
 
 # of one registration
-SIGMAS = np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.01, 0.01, 0.02, 0.02])
-TRUE = np.array([0.02, -0.01, 0.015, 0.02, -0.03, 0.01, -0.02, 0.02, -0.1, 0.03])
+SIGMAS = np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.01, 0.01, 0.01, 0.02, 0.02])
+TRUE = np.array([0.02, -0.01, 0.015, 0.02, -0.03, 0.01, -0.02, 0.02, 0.025, -0.1, 0.03])
 
 
 def samples(true, count, seed=1, contradiction=0.0, sigmas=SIGMAS):
     """Yield registrations that observe three random combinations of the unknowns each."""
     rng = np.random.default_rng(seed)
     for i in range(count):
-        jacobian = 30 * rng.standard_normal((3, 10)) / sigmas
+        jacobian = 30 * rng.standard_normal((3, 11)) / sigmas
         # errors that some registrations in a row have in common
-        common = np.random.default_rng([seed, i // 5]).standard_normal(10)
-        values = true + sigmas * (0.3 * rng.standard_normal(10) + contradiction * common)
+        common = np.random.default_rng([seed, i // 5]).standard_normal(11)
+        values = true + sigmas * (0.3 * rng.standard_normal(11) + contradiction * common)
         information = jacobian.T @ jacobian
         yield MisalignmentSample(information, information @ values)
 
@@ -50,24 +50,34 @@ def test_few_registrations_show_nothing():
 
 @pytest.mark.parametrize('seed', range(20))
 def test_a_camera_without_misalignment_is_left_alone(seed):
-    assert not learned(samples(np.zeros(10), 80, seed, contradiction=1.0)).any()
+    assert not learned(samples(np.zeros(11), 80, seed, contradiction=1.0)).any()
 
 
 def test_what_registrations_contradict_is_not_applied():
     assert not learned(samples(0.1 * TRUE, 80, contradiction=3.0)).any()
 
 
-@pytest.mark.parametrize('part', [slice(0, 6), slice(6, 8), slice(8, 10)])
+@pytest.mark.parametrize('part', [slice(0, 6), slice(6, 9), slice(9, 11)])
 def test_only_the_part_that_is_there_is_applied(part):
-    true = np.zeros(10)
+    true = np.zeros(11)
     true[part] = TRUE[part]
     found = learned(samples(true, 80))
     assert np.abs((found - true) / SIGMAS)[part].max() < 0.3
     assert not np.delete(found, part).any()
 
 
+@pytest.mark.parametrize('image', [7, 8])
+def test_only_the_readout_of_the_image_that_has_one_is_applied(image):
+    """As of colour cameras with a rolling shutter beside depth cameras with a global one."""
+    true = np.zeros(11)
+    true[image] = TRUE[image]
+    found = learned(samples(true, 80))
+    assert found[image] == pytest.approx(TRUE[image], rel=0.2)
+    assert found[15 - image] == 0.0
+
+
 def test_a_significant_misalignment_of_no_size_is_not_applied():
-    tiny = 0.05 * np.full(10, 0.02)
+    tiny = 0.05 * np.full(11, 0.02)
     estimate = MisalignmentEstimate()
     for sample in samples(tiny, 80, sigmas=0.01 * SIGMAS):
         estimate.learn(sample)
@@ -121,13 +131,13 @@ def test_a_deviation_from_another_known_one_is_as_significant_however_it_was_bef
 
 
 def test_one_absurd_registration_changes_little():
-    absurd = MisalignmentSample(1e9 * np.eye(10), 1e9 * np.ones(10))
+    absurd = MisalignmentSample(1e9 * np.eye(11), 1e9 * np.ones(11))
     found = learned(samples(TRUE, 60), [absurd], samples(TRUE, 4, seed=2))
     assert np.abs((found - TRUE) / SIGMAS).max() < 1.0
 
 
 def test_a_camera_that_is_mounted_anew_is_learned_anew():
-    other = TRUE * [1, -1, 0.5, -1, 1, 2, 0.5, 0.5, 0.5, -1]
+    other = TRUE * [1, -1, 0.5, -1, 1, 2, 0.5, 0.5, -0.5, 0.5, -1]
     found = learned(samples(TRUE, 80), samples(other, 600, seed=2))
     assert np.abs((found - other) / SIGMAS).max() < 0.3
 
@@ -171,7 +181,7 @@ def test_the_error_of_the_delay_is_within_what_is_said_of_it():
     """At every moment, whether the delay is applied yet or not, of cameras drawn at random."""
     distances = []
     for seed in range(20):
-        true = np.random.default_rng(seed).standard_normal(10) * 0.5 * SIGMAS
+        true = np.random.default_rng(seed).standard_normal(11) * 0.5 * SIGMAS
         estimate = MisalignmentEstimate()
         for count, sample in enumerate(samples(true, 80, seed, contradiction=1.0)):
             estimate.learn(sample)
@@ -196,12 +206,12 @@ def noisy_samples(true, count, seed=1):
     """Yield registrations by residuals of which ten are as good as one without correlation."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        jacobian = rng.standard_normal((3, 10)) / PRIOR_SIGMAS
+        jacobian = rng.standard_normal((3, 11)) / PRIOR_SIGMAS
         residuals = jacobian @ true + np.sqrt(10.0) * rng.standard_normal(3)
         yield MisalignmentSample(jacobian.T @ jacobian, jacobian.T @ residuals)
 
 
-OFFSET, READOUT, FOCAL_LENGTHS = slice(0, 6), slice(7, 8), slice(8, 10)
+OFFSET, READOUT, FOCAL_LENGTHS = slice(0, 6), slice(7, 8), slice(9, 11)
 COVARIANCES = [('offset_covariance', OFFSET), ('readout_covariance', READOUT),
                ('focal_covariance', FOCAL_LENGTHS)]
 
@@ -211,7 +221,7 @@ def test_an_error_of_the_camera_is_as_large_as_is_said_of_it(covariance, part):
     """At every moment, whether it is applied yet or not, of cameras drawn by the prior."""
     distances, applied = [], []
     for seed in range(40):
-        true = 3.0 * np.random.default_rng(seed).standard_normal(10) * PRIOR_SIGMAS
+        true = 3.0 * np.random.default_rng(seed).standard_normal(11) * PRIOR_SIGMAS
         estimate = MisalignmentEstimate()
         for count, sample in enumerate(noisy_samples(true, 80, seed)):
             estimate.learn(sample)
@@ -220,7 +230,7 @@ def test_an_error_of_the_camera_is_as_large_as_is_said_of_it(covariance, part):
                 error = found - true[part]
                 distances.append(error @ np.linalg.solve(getattr(estimate, covariance), error))
                 applied.append(found.any())
-    for is_applied, lower, upper in ((True, 0.75, 1.2), (False, 0.5, 1.5)):
+    for is_applied, lower, upper in ((True, 0.7, 1.2), (False, 0.5, 1.5)):
         of_them = np.array(distances)[np.equal(applied, is_applied)] / (part.stop - part.start)
         assert len(of_them) > 40
         assert lower < np.mean(of_them) < upper
@@ -241,7 +251,7 @@ def test_an_error_of_the_camera_is_as_likely_as_none_until_registrations_tell(co
 
     np.testing.assert_allclose(sigmas([]), np.sqrt(0.5))
     least = 0.2 if part == READOUT else 0.1  # a single number is rather large by chance
-    assert (sigmas(noisy_samples(np.zeros(10), 80)) < least).all()
+    assert (sigmas(noisy_samples(np.zeros(11), 80)) < least).all()
     seen = sigmas(samples(TRUE, 15)) * PRIOR_SIGMAS[part]
     assert (seen > 0.6 * np.abs(TRUE[part])).all()  # it is not applied yet
     assert (sigmas(samples(TRUE, 30)) < 0.2).all()

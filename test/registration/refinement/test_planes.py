@@ -31,8 +31,8 @@ def surface(rng):
 
 
 def displaced(point, twists):
-    """Return a point moved by the twist of its row, to second order."""
-    twist = twists[0] + np.clip(point[1] / (point[2] * IMAGE_HEIGHT), -1, 1) * twists[1]
+    """Return a point of depth moved by the twist of its row, to second order."""
+    twist = twists[0] + np.clip(point[1] / (point[2] * IMAGE_HEIGHT), -1, 1) * twists[2]
     step = twist[:3] + np.cross(twist[3:], point)
     return point + step + np.cross(twist[3:], step) / 2
 
@@ -64,7 +64,7 @@ def test_pairs_are_those_of_one_after_the_other(count, exponent):
     rng = np.random.default_rng(count)
     source, target = surface(rng), surface(rng)
     usable, chosen = rng.random(WIDTH * HEIGHT) < 0.9, rng.permutation(WIDTH * HEIGHT)[:count]
-    twists = rng.normal(0, 0.02, (2, 2, 6))
+    twists = rng.normal(0, 0.02, (2, 3, 6))
     pairs = [pair for cell in chosen
              if (pair := pair_of(cell, source, target, usable, twists, exponent))]
     found = (np.empty(count), np.empty((count, 6)), np.empty(count), *np.empty((2, count, 3)),
@@ -92,8 +92,8 @@ def test_pairs_are_those_of_one_after_the_other(count, exponent):
 def test_no_cells_are_no_pairs():
     source, none = surface(np.random.default_rng(0)), np.empty((0, 3), np.float32)
     assert kernels.point_to_plane(
-        source[0], np.arange(1, 5), source[1], source[2], np.zeros((2, 6)), 1.0, POSE, 1.0,
-        np.zeros((2, 6)), 1.0, 1.0, none, none, np.empty(0, bool), none[:, 0].copy(), 0, 0,
+        source[0], np.arange(1, 5), source[1], source[2], np.zeros((3, 6)), 1.0, POSE, 1.0,
+        np.zeros((3, 6)), 1.0, 1.0, none, none, np.empty(0, bool), none[:, 0].copy(), 0, 0,
         INTRINSICS, np.array([SIGMA, 0.0]), np.array([ROBUST_WIDTH, 1.0, 4.0]), REACH,
         SMALLEST_COSINE, 0.1, 1e-3,
         np.empty(4), np.empty((4, 6)), np.empty(4), *np.empty((2, 4, 3)), np.empty(4, int),

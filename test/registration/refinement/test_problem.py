@@ -297,8 +297,8 @@ def test_by_keypoints_alone_there_is_neither(tell):
     assert refined.bias is refined.measure is None
 
 
-LATE = Misalignment(np.zeros(6), 0.005, 0.03)
-NONE = Misalignment(np.zeros(6), 0.0, 0.0)
+LATE = Misalignment(np.zeros(6), 0.005, 0.03, 0.02)
+NONE = Misalignment(np.zeros(6), 0.0, 0.0, 0.0)
 
 
 @pytest.fixture
@@ -322,7 +322,7 @@ def test_both_frames_are_corrected_by_their_own_velocity(tell, corrected):
     assert (source, target) == (told._points(told.source.surface), told.target.surface)
     for moved, twist, camera in ((correction.source, TWISTS[0], CAMERA),
                                  (correction.target, TWISTS[1], OTHER)):
-        np.testing.assert_allclose(moved.twists, np.outer([0.015 + 0.005, 0.03], twist))
+        np.testing.assert_allclose(moved.twists, np.outer([0.015 + 0.005, 0.03, 0.02], twist))
         assert moved.height == image_height(camera)
 
 

@@ -88,8 +88,9 @@ def test_jacobian_of_track_depth():
 
 def test_points_are_compared_where_both_surfaces_are_at_the_stamps(displaced):
     """Those of the source once they are displaced, and then where the target has them."""
-    source, target, still = corner(POSE), corner(), Displacement(np.zeros((2, 6)), 1.0)
+    source, target, still = corner(POSE), corner(), Displacement(np.zeros((3, 6)), 1.0)
     moving = Displacement(np.array([[0.01, 0.02, -0.01, 0.01, 0.02, 0.0],
+                                    [0.03, 0.0, 0.02, 0.01, 0.0, 0.02],
                                     [-0.02, 0.01, 0.0, 0.0, 0.01, -0.01]]), 480 / 525)
     moved = displaced(moving, source.points.astype(float)).astype(np.float32)
     expected, plain = (point_to_plane(surface, target, POSE, SENSOR, WIDTH, REACH) for surface in (

@@ -69,7 +69,7 @@ class Played:
             'refinement.iterations': ITERATIONS, 'refinement.max_tracks': most,
             'refinement.track_window': window})
         self.noise = MeasuredNoise()
-        self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.01, 0.0))
+        self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.01, 0.0, 0.0))
         self.refinement = Refinement(self.settings.refinement, self.settings.sensor, self.noise,
                                      self.misalignment)
         self.source, self.target = (Frame(

@@ -36,7 +36,7 @@ def test_nothing_is_reported_of_a_good_camera(report, lines):
 
 def test_a_misalignment_that_is_known_is_not_reported_as_found(report, lines):
     for _ in range(2):
-        report.update(Misalignment(OFFSET, -0.018, 0.02), NO_DISTORTION)
+        report.update(Misalignment(OFFSET, -0.018, 0.02, 0.0), NO_DISTORTION)
     assert lines == []
     assert '18 ms earlier' in report.misalignment
     report.update(NO_MISALIGNMENT, NO_DISTORTION)
@@ -47,12 +47,12 @@ def test_a_misalignment_that_is_known_is_not_reported_as_found(report, lines):
 def test_a_misalignment_is_logged_once_and_its_numbers_are_kept_up_to_date(report, lines):
     report.update(NO_MISALIGNMENT, NO_DISTORTION)
     for delay in (-0.018, -0.023):
-        report.update(Misalignment(OFFSET, delay, 0.02), NO_DISTORTION)
+        report.update(Misalignment(OFFSET, delay, 0.02, 0.0), NO_DISTORTION)
     sentence, = lines
     for part in ('(0.30, -1.25, 0.50) deg', '(26, -1, 4) mm', '18 ms earlier', '20 ms'):
         assert part in sentence
     assert '23 ms earlier' in report.misalignment
-    report.update(Misalignment(np.zeros(6), 0.012, 0.0), NO_DISTORTION)
+    report.update(Misalignment(np.zeros(6), 0.012, 0.0, 0.0), NO_DISTORTION)
     assert report.misalignment == 'depth images are taken 12 ms later than their stamps say'
 
 
@@ -68,7 +68,7 @@ def test_a_distortion_is_logged_once_and_its_size_is_kept_up_to_date(report, lin
 
 def test_of_a_camera_with_both_each_is_logged(report, lines):
     report.update(NO_MISALIGNMENT, NO_DISTORTION)
-    report.update(Misalignment(OFFSET, -0.018, 0.02), NO_DISTORTION)
-    report.update(Misalignment(OFFSET, -0.018, 0.02), distortion(0.0023))
+    report.update(Misalignment(OFFSET, -0.018, 0.02, 0.0), NO_DISTORTION)
+    report.update(Misalignment(OFFSET, -0.018, 0.02, 0.0), distortion(0.0023))
     assert ['18 ms' in line for line in lines] == [True, False]
     assert ['2.3 mm' in line for line in lines] == [False, True]
