@@ -46,6 +46,9 @@ class KeyframePolicy:
     of that of the first one: another keyframe would not lessen biases. Frames with keypoints of
     their own keep it, too, while their variance is at most that of a chain: the variance of the
     frame before plus that of one step.
+
+    Where objects have moved into the view, another keyframe would have no more of the scene, but
+    keypoints on the objects: the more of the view they cover, the less of the rest must match.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -60,34 +63,39 @@ class KeyframePolicy:
         self._variances: tuple[float, float, float] | None = None
         self._first_overlap: tuple[int, float] | None = None  # with the stamp of its image
 
-    def keeps(self, prepared: PreparedFrame, registration: Registration, count: int) -> bool:
+    def keeps(self, prepared: PreparedFrame, registration: Registration, count: int,
+              lost: int = 0) -> bool:
         """
         Return whether the keyframe that a frame was registered to serves for the next one.
 
         :param count: number of keypoints of which some support the registration.
+        :param lost: of these, to objects that move or have moved in.
         """
-        return self._variances_with(prepared, registration, count) is not None
+        return self._variances_with(prepared, registration, count, lost) is not None
 
-    def advance(self, prepared: PreparedFrame, registration: Registration, count: int) -> bool:
+    def advance(self, prepared: PreparedFrame, registration: Registration, count: int,
+                lost: int = 0) -> bool:
         """Return what :meth:`keeps` does, and advance to the frame, if it does."""
-        variances = self._variances_with(prepared, registration, count)
+        variances = self._variances_with(prepared, registration, count, lost)
         self._variances = variances or self._variances
         return variances is not None
 
     def _variances_with(self, prepared: PreparedFrame, registration: Registration,
-                        count: int) -> tuple[float, float, float] | None:
+                        count: int, lost: int) -> tuple[float, float, float] | None:
         """
         Return variances of the registrations to a keyframe; None: it has served.
 
         They are that of the first one by noise, that of the frame, and that of one step.
         """
-        if (self._settings.reference == 'previous' or registration.support
-                < self._settings.min_overlap * self._refinement.sought(count)):
+        share = max(1.0 - lost / max(count, 1), 0.0)  # that is left of the scene
+        least = self._settings.min_overlap * share ** 2 * self._refinement.sought(count)
+        if self._settings.reference == 'previous' or registration.support < least:
             return None
         noise = scene_variance(prepared, registration.unbiased_pose.covariance)
         variance = scene_variance(prepared, registration.image_pose.covariance)
         first, last, step = self._variances or (noise, variance, variance)
-        is_kept = noise <= self._largest_growth * first or (
+        # fewer keypoints have more noise: a new keyframe would have it too
+        is_kept = share * noise <= self._largest_growth * first or (
             not self._tracks and variance <= last + step)
         return (first, variance, step) if is_kept else None
 

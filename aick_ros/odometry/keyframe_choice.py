@@ -7,21 +7,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.odometry.attempts import Attempt
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.odometry.reference import Reference, References
+from aick_ros.registration.refinement.intruders import hidden_by_intruders, on_intruders
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
 from aick_ros.settings import Settings
+
+Rule = Callable[[PreparedFrame, Registration, int, int], bool]
+"""Returns whether a keyframe serves on, by a frame and its registration; see the policy."""
 
 
 class KeyframeChoice:
     """Advances the references to tracked frames, and makes keyframes of some of these."""
 
     def __init__(self, settings: Settings, registrar: Registrar) -> None:
-        self._policy = KeyframePolicy(settings)
+        self._policy, self._sensor = KeyframePolicy(settings), settings.sensor
         self._registrar = registrar
 
     def begin(self) -> None:
@@ -31,7 +37,7 @@ class KeyframeChoice:
     def replaces(self, prepared: PreparedFrame, attempt: Attempt) -> bool:
         """Return whether a frame that was registered to the keyframe will be the next one."""
         keyframe = self._registrar.prepared_like(attempt.reference.prepared, prepared)
-        return not _is_kept(prepared, keyframe, attempt.registration, self._policy.keeps)
+        return not self._is_kept(prepared, keyframe, attempt.registration, self._policy.keeps)
 
     def advance(self, references: References, last: Reference, attempt: Attempt) -> None:
         """
@@ -59,7 +65,7 @@ class KeyframeChoice:
         if reference is not references.keyframe:
             self._policy.begin()
         kept = self._registrar.prepared_like(reference.prepared, prepared)
-        if _is_kept(prepared, kept, attempt.registration, self._policy.advance):
+        if self._is_kept(prepared, kept, attempt.registration, self._policy.advance):
             if kept.twist is None and prepared.twist is not None:  # as that of a first frame
                 kept = kept.moving(prepared.twist)
             references.track(last, Reference(kept, reference.pose, loss=reference.loss))
@@ -70,15 +76,25 @@ class KeyframeChoice:
             references.track(keyframe, keyframe.bare())
             self._policy.begin()
 
+    def _is_kept(self, prepared: PreparedFrame, keyframe: PreparedFrame,
+                 registration: Registration, rule: Rule) -> bool:
+        """
+        Return whether a keyframe serves on, by a rule for frames that could be the next one.
 
-def _is_kept(prepared: PreparedFrame, keyframe: PreparedFrame, registration: Registration,
-             rule: Callable[[PreparedFrame, Registration, int], bool]) -> bool:
-    """
-    Return whether a keyframe serves on, by a rule for frames that could be the next one.
+        :param keyframe: prepared as the frame is; ``registration``: of the frame to it.
+        """
+        count = len((keyframe if prepared.is_tracked else prepared).keypoints)
+        if (prepared.repeat is not Repeat.NONE or rule(prepared, registration, count, 0)
+                or prepared.is_blurred_beside(keyframe)):
+            return True
+        lost = self._on_objects(prepared, keyframe, registration)
+        return lost > 0 and rule(prepared, registration, count, lost)
 
-    :param keyframe: prepared as the frame is; ``registration``: of the frame to it.
-    """
-    of_support = keyframe if prepared.is_tracked else prepared
-    return (prepared.repeat is not Repeat.NONE
-            or rule(prepared, registration, len(of_support.keypoints))
-            or prepared.is_blurred_beside(keyframe))
+    def _on_objects(self, prepared: PreparedFrame, keyframe: PreparedFrame,
+                    registration: Registration) -> int:
+        """Return how many keypoints are lost to objects that move, or have moved in."""
+        lost_to = hidden_by_intruders if prepared.is_tracked else on_intruders
+        lost = lost_to(prepared, keyframe, registration.T_target_source, self._sensor)
+        fit = registration.fit
+        moving = 0 if fit is None or fit.objects is None else fit.objects.count
+        return max(int(np.count_nonzero(lost)), moving)

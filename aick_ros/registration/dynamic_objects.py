@@ -37,8 +37,9 @@ from aick_ros.registration.motion_prior import MotionPrior
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.refinement import Refinement
-from aick_ros.registration.result import Evidence, Fit, Registration
+from aick_ros.registration.result import Evidence, Fit, Registration, failed
 from aick_ros.registration.sensor_agreement import SensorAgreement
+from aick_ros.registration.status import Status
 from aick_ros.registration.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.two_motions import TwoMotions
 from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
@@ -49,6 +50,7 @@ _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
 _LEFT_SHARE = 0.5  # of the keypoints found, that must be left without a small object
 _FEW_KNOWN = 0.3  # share of the keypoints of the scene that may be on what has moved before
+_LONGEST_ALONE = 0.1  # s; chosen: time for which what has moved before may continue a motion
 _LEAST_OF_SCENE = 0.02  # share of the points of depth that must be those of the scene
 _CERTAIN_SHARE = 0.25  # of the keypoints, for either of two motions: the images need no vote then
 _MAJORITY, _MINORITY = 0.6, 0.1
@@ -105,6 +107,9 @@ class DynamicObjectCheck:
             return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
                                 f'depth agrees with {len(near.tracked)} others')
         compared = self._compared(found, rest, source, target, expected)
+        if compared.T_target_source is found.T_target_source and self._is_alone(found, expected):
+            return failed(Status.TOO_FEW_MATCHES, f'{found.support} keypoints are on what has '
+                          'moved before, nothing else shows the motion')
         fit = found.fit
         if (compared is found and fit is not None and fit.has_objects
                 and self._is_one_motion(found, rest, expected)):
@@ -134,6 +139,11 @@ class DynamicObjectCheck:
     def _continues(self, rest: Refined, found: Registration, expected: ExpectedPose) -> bool:
         """Return whether keypoints confirm a pose that moves as expected, unlike the one found."""
         return rest.is_confirmed and self._prior.is_continued_by(rest.pose, found.pose, expected)
+
+    def _is_alone(self, found: Registration, expected: ExpectedPose) -> bool:
+        """Return whether a pose is that of what has moved before, and moves still or may."""
+        return _is_known(found.fit) and (
+            expected.elapsed > _LONGEST_ALONE or self._prior.is_exceeded_by(found.pose, expected))
 
     def _is_one_motion(self, found: Registration, rest: Refined, expected: ExpectedPose) -> bool:
         """

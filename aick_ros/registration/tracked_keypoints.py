@@ -67,7 +67,8 @@ class TrackedKeypoints:
             return source, _rough(refined, f'{reason}, of {sought}')
         source = replaced(source, is_tracked=True, keypoints=_keypoints(
             tracks, source, target.keypoints))
-        self._refinement.remember_objects(source, target, refined.fit)
+        self._refinement.remember_objects(
+            source, target, refined.T_target_source, refined.tracked, refined.fit)
         return source, _registration(refined, reason)
 
 

@@ -108,7 +108,8 @@ class VerifiedAick:
                 checked = self._dynamic_objects.check(found, source, target, expected)
         self._acceleration.note(source.stamp, checked, expected)
         if checked.status.ok:
-            self._refinement.remember_objects(source, target, checked.fit)
+            self._refinement.remember_objects(
+                source, target, checked.T_target_source, checked.tracks, checked.fit)
         return checked
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame,

@@ -42,6 +42,18 @@ def with_variance(variance):
     return dataclasses.replace(registration(90, 0.0), covariance=variance * np.eye(6))
 
 
+def test_of_what_objects_hide_another_keyframe_would_not_have_more():
+    """Of the half that is left of the scene, half of seven tenths; not one keypoint less."""
+    policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.7}))
+    assert [policy.advance(VIEW, registration(*numbers), KEYPOINTS, lost)
+            for *numbers, lost in ((95, 0.01, 0), (18, 0.01, 50), (17, 0.01, 50), (18, 0.01, 0))
+            ] == [True, True, False, False]
+    # of fewer keypoints noise is larger in any keyframe: the variance, by their share
+    ratio = np.sqrt(2.0 / 0.5)
+    assert [policy.keeps(VIEW, registration(95, factor * 0.01 * ratio), KEYPOINTS, 50)
+            for factor in (0.99, 1.01)] == [True, False]
+
+
 def test_it_is_kept_while_its_variance_is_below_that_of_a_chain():
     """Of equal steps the variances add up: the fourth would be 4 with a chain, here it is 4.4."""
     policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))

@@ -12,6 +12,7 @@ import pytest
 from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.odometry import keyframe_choice
 from aick_ros.odometry.keyframe_choice import KeyframeChoice
 from aick_ros.odometry.reference import Loss, Reference, References
 from aick_ros.settings import Settings
@@ -39,27 +40,34 @@ class View:
         return replace(self, twist=twist)
 
 
+@pytest.fixture(autouse=True)
+def nothing_moves_in(monkeypatch):
+    for name in ('on_intruders', 'hidden_by_intruders'):
+        monkeypatch.setattr(keyframe_choice, name, lambda *_: np.zeros(4, bool))
+
+
 def pose_at(number):
     return PoseWithCovariance(se3.exp([number, 0, 0, 0, 0, 0]), (1 + number) * np.eye(6))
 
 
 class Policy:
-    """Answers as it is told, and records what it is asked."""
+    """Answers as it is told, None for what objects decide, and records what it is asked."""
 
     def __init__(self, keeps):
         self._keeps, self.begun, self.counts, self.asked = keeps, 0, [], []
-        self.detected = []
+        self.detected, self.lost = [], []
 
     def begin(self):
         self.begun += 1
 
-    def keeps(self, prepared, registration, count):
+    def keeps(self, prepared, registration, count, lost):
         self.counts.append(count)
-        return self._keeps
+        self.lost.append(lost)
+        return self._keeps or self._keeps is None and lost > 0
 
-    def advance(self, prepared, registration, count):
+    def advance(self, prepared, registration, count, lost):
         self.asked.append((prepared, registration))
-        return self.keeps(prepared, registration, count)
+        return self.keeps(prepared, registration, count, lost)
 
     def keeps_depth_reference(self, shape, seen):
         self.asked.append((shape, seen))
@@ -86,7 +94,8 @@ def advance(keeps, is_by_depth=False, to_keyframe=True, loss=None, **changes):
     choice._policy = policy
     choice.advance(references, last, SimpleNamespace(
         reference=references.keyframe if to_keyframe else middle, seen='by images',
-        registration=SimpleNamespace(is_by_depth=is_by_depth)))
+        registration=SimpleNamespace(is_by_depth=is_by_depth, T_target_source='a pose',
+                                     fit=None)))
     return references, first, last, policy
 
 
@@ -121,6 +130,31 @@ def test_a_first_keyframe_has_the_velocity_of_the_frame_after_it(known, expected
     assert references.keyframe.prepared.twist == expected
 
 
+@pytest.mark.parametrize('is_tracked, kind', [
+    (False, 'on_intruders'), (True, 'hidden_by_intruders')])
+@pytest.mark.parametrize('moved_in, moving, lost', [
+    (3, None, 3), (0, 2, 2), (1, 2, 2), (0, None, 0)])
+def test_what_objects_hide_or_carry_is_not_asked_of_another_keyframe(
+        monkeypatch, is_tracked, kind, moved_in, moving, lost):
+    """Those that have moved in are sought only where the keyframe would be replaced."""
+    given = []
+    monkeypatch.setattr(keyframe_choice, kind,
+                        lambda *of: given.append(of) or np.arange(4) < moved_in)
+    choice = KeyframeChoice(Settings(), SimpleNamespace(prepared_like=alike))
+    view, fit = View(2, is_tracked=is_tracked), None if moving is None else SimpleNamespace(
+        objects=SimpleNamespace(count=moving))
+    attempt = SimpleNamespace(reference=Reference(View(0), pose_at(0)),
+                              registration=SimpleNamespace(T_target_source='a pose', fit=fit))
+    choice._policy = policy = Policy(None)
+    assert choice.replaces(view, attempt) is (lost == 0)
+    assert policy.lost == ([0, lost] if lost else [0])
+    (frame, keyframe, pose, sensor), = given
+    assert frame is view and keyframe.as_seen_by == 2 and pose == 'a pose'
+    assert sensor is choice._sensor
+    choice._policy = Policy(True)
+    assert not choice.replaces(view, attempt) and len(given) == 1
+
+
 @pytest.mark.parametrize('keeps, changes, replaces', [
     (True, {}, False), (False, {}, True), (False, {'sharpness': 0}, False),
     (False, {'repeat': Repeat.COLOUR}, False)])
@@ -128,7 +162,8 @@ def test_the_next_keyframe_is_known_before_it_is_made(keeps, changes, replaces):
     choice = KeyframeChoice(Settings(), SimpleNamespace(prepared_like=alike))
     choice._policy = policy = Policy(keeps)
     found = choice.replaces(View(2, is_tracked=True, **changes), SimpleNamespace(
-        reference=Reference(View(0), pose_at(0)), registration='by keypoints'))
+        reference=Reference(View(0), pose_at(0)),
+        registration=SimpleNamespace(T_target_source='a pose', fit=None)))
     assert found is replaces
     assert policy.counts == ([] if 'repeat' in changes else [4])  # as the frame is prepared
     assert policy.begun == 0 and policy.asked == []
@@ -222,7 +257,8 @@ def test_the_policy_is_that_of_the_settings(reference, is_kept):
                             SimpleNamespace(prepared_like=lambda target, source: target))
     choice.advance(references, last, SimpleNamespace(
         reference=first, registration=SimpleNamespace(
-            is_by_depth=False, support=3, image_pose=exact, unbiased_pose=exact)))
+            is_by_depth=False, support=3, image_pose=exact, unbiased_pose=exact,
+            T_target_source='a pose', fit=None)))
     assert (references.keyframe.stamp == 0) == is_kept
 
 

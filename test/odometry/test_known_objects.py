@@ -12,6 +12,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.keyframe_choice import KeyframeChoice
+from aick_ros.registration.refinement import refinement
 from aick_ros.registration.refinement.known_objects import KnownObjects
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -52,9 +54,27 @@ def largest_error(frames):
         odometry.register_frame(frame).T_odom_camera, np.eye(4))[:3]) for frame in frames)
 
 
-def test_it_does_not_carry_the_camera_along(frames, monkeypatch):
-    """As it does where each pair of frames is looked at by itself."""
-    error = largest_error(frames)
-    assert error < 0.003
+def without_memory(monkeypatch):
     monkeypatch.setattr(KnownObjects, 'of', lambda *_: None)
+
+
+def without_what_moved_in(monkeypatch):
+    """As if nothing were known of free space."""
+    monkeypatch.setattr(KeyframeChoice, '_on_objects', lambda *_: 0)
+    monkeypatch.setattr(refinement, 'on_intruders', lambda frame, *_: np.zeros(
+        len(frame.keypoints), bool))
+
+
+@pytest.mark.parametrize('without', [(), (without_memory,), (without_what_moved_in,)],
+                         ids=['both', 'the keyframe', 'the memory'])
+def test_it_does_not_carry_the_camera_along(frames, monkeypatch, without):
+    """The keyframe from before it came does, and so does the memory of what has moved."""
+    for change in without:
+        change(monkeypatch)
+    assert largest_error(frames) < 0.003
+
+
+def test_it_does_where_each_pair_of_frames_is_looked_at_by_itself(frames, monkeypatch):
+    without_memory(monkeypatch)
+    without_what_moved_in(monkeypatch)
     assert largest_error(frames) > 0.01

@@ -328,7 +328,7 @@ def test_a_keyframe_found_by_another_frame_than_the_one_before_has_the_error_of_
         track(self, keyframe, T_reckoned_camera, detour, *others)
 
     monkeypatch.setattr(KeyframeMemory, 'track', recorded)
-    monkeypatch.setattr(KeyframePolicy, 'advance', lambda self, prepared, found, sought: (
+    monkeypatch.setattr(KeyframePolicy, 'advance', lambda self, prepared, found, sought, lost: (
         prepared.stamp not in (stamp_of(2), stamp_of(3))))
     odometry, registrar = made()
     registrar.refused = {(stamp_of(3), stamp_of(2))}

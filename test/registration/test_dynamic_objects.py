@@ -559,6 +559,23 @@ def test_what_has_moved_before_moves_still_if_it_differs_from_the_motion_expecte
     assert checked.fit.scene_share == 0.5
 
 
+@pytest.mark.parametrize('off, elapsed, is_rejected', [
+    (0.06, 0.1, False), (0.06, 0.101, True), (0.13, 0.1, True)],
+    ids=['it continues the motion', 'for long', 'it moves'])
+def test_where_only_what_has_moved_before_is_in_the_view_the_frame_is_lost(
+        play, made, off, elapsed, is_rejected):
+    played = on_known_objects(play, made, 1.0, None)
+    played.found = dataclasses.replace(
+        played.found, T_target_source=se3.perturbed(EXPECTED, np.array([off, 0, 0, 0, 0, 0])),
+        covariance=1e-8 * np.eye(6))
+    checked = played.opinion.check(played.found, played.source, played.target,
+                                   ExpectedPose(EXPECTED, elapsed))
+    assert checked.status.ok is not is_rejected
+    if is_rejected:
+        assert checked.reason == ('70 keypoints are on what has moved before, nothing else shows '
+                                  'the motion')
+
+
 @pytest.mark.parametrize('share, rest', [
     (0.69, Fit(np.ones(3), 0.5)), (1.0, Fit(np.ones(3), 0.01)), (1.0, Fit(np.ones(3), 0.5, 0.31)),
     (1.0, None)])

@@ -177,7 +177,8 @@ def test_a_registration_has_all_that_was_refined(play):
     """Its matches are rows of the tracked keypoints and of those of the target."""
     source, found = play()
     refined = play.back.refined
-    assert play.back.believed == [(source, play.views[1], refined.fit)]
+    assert play.back.believed == [(source, play.views[1], refined.T_target_source,
+                                   refined.tracked, refined.fit)]
     for name in ('T_target_source', 'covariance', 'systematic', 'bias', 'measure', 'fit'):
         assert getattr(found, name) is getattr(refined, name)
     assert found.reason == '60 keypoints tracked from the keyframe' and found.support == 60

@@ -217,7 +217,8 @@ def test_what_is_noted_is_the_pose_after_all_checks(steps, parts):
     assert steps.register() is of_the_scene
     (_, noted, expected), = parts.asked('ApparentAcceleration', 'note')
     assert noted is of_the_scene and expected is EXPECTED
-    assert parts.asked('Refinement', 'remember_objects') == [(steps.source, steps.target, 'a fit')]
+    assert parts.asked('Refinement', 'remember_objects') == [(
+        steps.source, steps.target, of_the_scene.T_target_source, of_the_scene.tracks, 'a fit')]
 
 
 def test_what_the_check_for_objects_finds_is_returned(steps, parts):

@@ -11,6 +11,8 @@ by its places in a frame, and is excluded at first when another frame is registe
 
 from __future__ import annotations
 
+import numpy as np
+
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.found_objects import FoundObjects, Places
 
@@ -30,12 +32,29 @@ class KnownObjects:
 
     def note(self, source: int, target: int, found: FoundObjects | None) -> None:
         """Note what the registration of two frames shows, by their stamps [ns]."""
-        now, known = max(source, target), self._known
+        known = self._known
         for stamp in (source, target):
             known.pop(stamp, None)
         if found is not None:
             known[target] = found.target
             known[source] = found.source
+        self._forget(max(source, target))
+
+    def note_intruders(self, stamp: int, scene: np.ndarray, objects: np.ndarray) -> None:
+        """
+        Note what has moved into the view of a frame, beside what it is known to show.
+
+        :param stamp: of the frame [ns].
+        :param scene: places in it, Nx3 [m]; ``objects``: likewise.
+        """
+        known = self._known.get(stamp)
+        if known is not None:
+            scene, objects = known.scene, np.vstack([known.objects, objects])
+        self._known[stamp] = Places(scene, objects, stamp)
+        self._forget(stamp)
+
+    def _forget(self, now: int) -> None:
+        """Forget what has not moved for long before a stamp [ns]."""
         self._known = dict(list(
-            (stamp, each) for stamp, each in known.items()
+            (stamp, each) for stamp, each in self._known.items()
             if 0 <= now - each.seen < _REMEMBERED)[-_MOST_FRAMES:])

@@ -79,7 +79,7 @@ class MovingObjects:
         self._known = ~object_places.are_of_scene(
             tracks.seen_by_target(pose), known.scene, known.objects)
         if self._known.any():
-            self._known = object_places.as_neighbours(tracks, self._known)
+            self._known = object_places.as_neighbours(tracks.points, self._known)
         self._known_scene = se3.transform(se3.inverse(pose), known.scene)
         self._seen = known.seen
 

@@ -36,15 +36,15 @@ def on_objects(tracks: Tracks, are_far_off: np.ndarray, least_share: float) -> n
     fewest = max(FEWEST_TO_CONFIRM, least_share * count)
     if np.count_nonzero(are_far_off) < fewest:
         return none
-    moving = as_neighbours(tracks, are_far_off)
+    moving = as_neighbours(tracks.points, are_far_off)
     number = np.count_nonzero(moving)
     return moving if fewest <= number <= count - FEWEST_TO_CONFIRM else none
 
 
-def as_neighbours(tracks: Tracks, chosen: np.ndarray) -> np.ndarray:
-    """Return which tracks have mostly neighbours that are chosen, K bool."""
-    size = min(_NEIGHBOURS, len(tracks))
-    distances = _squared_distances(tracks.points, tracks.points)
+def as_neighbours(points: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Return which points, Kx3, have mostly neighbours that are chosen, K bool."""
+    size = min(_NEIGHBOURS, len(points))
+    distances = _squared_distances(points, points)
     neighbours = np.argpartition(distances, size - 1, axis=1)[:, :size]
     mostly: np.ndarray = 2 * np.count_nonzero(chosen[neighbours], axis=1) > size
     return mostly

@@ -17,6 +17,7 @@ from aick_ros.geometry import se3
 from aick_ros.registration.prediction import Prediction
 from aick_ros.registration.refinement.approach import Approach
 from aick_ros.registration.refinement.first_tracks import FirstTracks
+from aick_ros.registration.refinement.intruders import on_intruders
 from aick_ros.registration.refinement.known_objects import KnownObjects
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
@@ -142,10 +143,22 @@ class Refinement:
         return None if refined.fit is None or refined.fit.objects is None else refined
 
     def remember_objects(self, source: PreparedFrame, target: PreparedFrame,
+                         T_target_source: np.ndarray, tracks: Tracks | None,
                          fit: Fit | None) -> None:
-        """Remember what moves by itself, by the fit of a registration that is accepted."""
-        if fit is not None:
-            self._known_objects.note(source.stamp, target.stamp, fit.objects)
+        """
+        Remember what moves by itself, or has moved in, by a registration that is accepted.
+
+        :param tracks: that agree with the pose.
+        """
+        if fit is None:
+            return
+        self._known_objects.note(source.stamp, target.stamp, fit.objects)
+        if source.stamp > target.stamp:
+            intruders = on_intruders(source, target, T_target_source, self._sensor)
+            if intruders.any():
+                scene = np.empty((0, 3)) if tracks is None else tracks.points
+                self._known_objects.note_intruders(
+                    source.stamp, scene, source.keypoints.positions[intruders])
 
     def refine_back(self, source: PreparedFrame, target: PreparedFrame,
                     T_target_source: np.ndarray, predicted: Prediction | None = None) -> Refined:

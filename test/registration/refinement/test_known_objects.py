@@ -28,6 +28,25 @@ def test_each_frame_is_known_by_its_stamp():
     assert known.of(NOW).seen == known.of(NOW - 1).seen == NOW
 
 
+def test_what_has_moved_in_is_known_in_that_frame_alone():
+    scene, objects = np.ones((2, 3)), np.full((3, 3), 2.0)
+    known = KnownObjects()
+    known.note_intruders(NOW, scene, objects)
+    assert known.of(NOW).scene is scene and known.of(NOW).objects is objects
+    assert known.of(NOW).seen == NOW and known.of(NOW - 1) is None
+    known.note(NOW + NANOSECONDS, NOW + 1, None)
+    assert known.of(NOW) is None
+
+
+def test_what_has_moved_in_is_known_beside_what_has_moved():
+    found, known = found_at(NOW - 10), KnownObjects()
+    known.note(NOW, NOW - 1, found)
+    known.note_intruders(NOW, np.ones((2, 3)), np.full((3, 3), 2.0))
+    assert known.of(NOW).scene is found.source.scene and known.of(NOW).seen == NOW
+    np.testing.assert_array_equal(known.of(NOW).objects[:, 0], [0.0, 2.0, 2.0, 2.0])
+    assert known.of(NOW - 1) is found.target
+
+
 def test_a_later_registration_without_objects_forgets_them():
     found = found_at(NOW)
     known = KnownObjects()

@@ -66,7 +66,7 @@ def test_tracks_are_as_most_of_their_neighbours_are(view):
     tracks, on_board = view
     chosen = on_board.copy()
     chosen[[125, 140, 170, 3, 50, 90]] ^= True
-    np.testing.assert_array_equal(object_places.as_neighbours(tracks, chosen), on_board)
+    np.testing.assert_array_equal(object_places.as_neighbours(tracks.points, chosen), on_board)
 
 
 def test_the_displacement_is_the_median_one_in_the_scene(view):

@@ -94,7 +94,8 @@ def remembering(views):
     settings = Settings()
     refinement = Refinement(settings.refinement, settings.sensor)
     source, target, _ = views
-    refinement.remember_objects(source, target, refined(views).fit)
+    found = refined(views)
+    refinement.remember_objects(source, target, found.T_target_source, found.tracked, found.fit)
     return refinement
 
 
