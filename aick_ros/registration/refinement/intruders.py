@@ -22,6 +22,7 @@ from aick_ros.settings import SensorSettings
 _NEARER = 1.0 + depth.LEAST_RISE
 """Ratio of the depths of a surface and of a point from which on the point is before it."""
 
+_THERE = np.zeros((1, 2))
 _AROUND = np.stack(np.meshgrid(*2 * [np.linspace(-0.0125, 0.0125, 5)]), -1).reshape(-1, 2)
 """Places around a point by the width of the image; the edge of a surface may be at any of them.
 Chosen: 8 px at 640x480. On an excerpt of a real recording without objects, in which depth is taken
@@ -41,9 +42,14 @@ def on_intruders(frame: PreparedFrame, earlier: PreparedFrame, T_earlier_frame: 
     """
     positions = frame.keypoints.positions
     points = se3.transform(T_earlier_frame, positions)
-    are_nearer = _NEARER * points[:, 2] < np.fmin.reduce(_around(earlier, points, sensor))
-    if np.count_nonzero(are_nearer) < max(FEWEST_TO_CONFIRM, _LEAST_SHARE * len(points)):
-        return np.zeros(len(points), bool)
+    are_nearer = np.ones(len(points), bool)
+    least = max(FEWEST_TO_CONFIRM, _LEAST_SHARE * len(points))
+    for places in (_THERE, _AROUND):  # where nothing has moved in, the first alone is fast
+        left = points[are_nearer]
+        are_nearer[are_nearer] = _NEARER * left[:, 2] < np.fmin.reduce(
+            _depths(earlier, left, places, sensor))
+        if np.count_nonzero(are_nearer) < least:
+            return np.zeros(len(points), bool)
     return object_places.as_neighbours(positions, are_nearer)
 
 
@@ -51,18 +57,19 @@ def hidden_by_intruders(frame: PreparedFrame, earlier: PreparedFrame,
                         T_earlier_frame: np.ndarray, sensor: SensorSettings) -> np.ndarray:
     """Return which keypoints of an earlier frame are hidden by objects that moved in, N bool."""
     points = se3.transform(se3.inverse(T_earlier_frame), earlier.keypoints.positions)
-    farthest = np.fmax.reduce(_around(frame, points, sensor))
+    farthest = np.fmax.reduce(_depths(frame, points, _AROUND, sensor))
     are_hidden: np.ndarray = _NEARER * farthest < points[:, 2]
     return are_hidden
 
 
-def _around(frame: PreparedFrame, points: np.ndarray, sensor: SensorSettings) -> np.ndarray:
-    """Return the depths of a frame around points, KxN [m]; NaN where it sees none."""
-    depths, camera = np.full((len(_AROUND), len(points)), np.nan), frame.frame.camera
+def _depths(frame: PreparedFrame, points: np.ndarray, places: np.ndarray,
+            sensor: SensorSettings) -> np.ndarray:
+    """Return the depths of a frame at K places around points, KxN [m]; NaN where it sees none."""
+    depths, camera = np.full((len(places), len(points)), np.nan), frame.frame.camera
     ahead = np.flatnonzero(points[:, 2] > sensor.min_depth)
     pixels = camera.project(points[ahead])
     are_seen = np.all((pixels >= 0) & (pixels <= (camera.width - 1, camera.height - 1)), axis=1)
-    around = pixels[are_seen] + camera.width * _AROUND[:, None]
+    around = pixels[are_seen] + camera.width * places[:, None]
     depths[:, ahead[are_seen]] = depth.sample(
         frame.frame.depth, around.reshape(-1, 2), sensor).reshape(around.shape[:2])
     return depths
