@@ -88,7 +88,7 @@ class KeyframePolicy:
         They are that of the first one by noise, that of the frame, and that of one step.
         """
         share = max(1.0 - lost / max(count, 1), 0.0)  # that is left of the scene
-        least = self._settings.min_overlap * share ** 2 * self._refinement.sought(count)
+        least = max(self._settings.min_overlap * share ** 2 * self._refinement.sought(count), 1.0)
         if self._settings.reference == 'previous' or registration.support < least:
             return None
         noise = scene_variance(prepared, registration.unbiased_pose.covariance)

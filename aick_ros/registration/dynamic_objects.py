@@ -13,7 +13,8 @@ first registration and the depth around them, from the pose at constant velocity
 depth agree far better there, that is the motion of the camera. If many keypoints confirm each of
 the two, all evidence about them is added up. Either counts only where the two differ by more than
 both may err. If not, and the first motion is that of objects which have moved before, it is
-rejected; if it is sudden, the images decide between the two poses.
+rejected; if it is sudden, the images decide between the two poses. If nothing shows another motion
+than objects that have moved before, and theirs does not continue the one expected, none is found.
 
 If a poster moves in front of a distant wall, one camera motion (a rotation with a translation)
 can fit the tracks on both. So if the motion found exceeds the motion prior, the frame is
@@ -50,7 +51,7 @@ _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
 _LEFT_SHARE = 0.5  # of the keypoints found, that must be left without a small object
 _FEW_KNOWN = 0.3  # share of the keypoints of the scene that may be on what has moved before
-_LONGEST_ALONE = 0.1  # s; chosen: time for which what has moved before may continue a motion
+_LONGEST_ALONE = 0.1  # s; chosen: time after which the motion expected hardly excludes any other
 _LEAST_OF_SCENE = 0.02  # share of the points of depth that must be those of the scene
 _CERTAIN_SHARE = 0.25  # of the keypoints, for either of two motions: the images need no vote then
 _MAJORITY, _MINORITY = 0.6, 0.1
@@ -84,7 +85,8 @@ class DynamicObjectCheck:
         """
         Return the registration, or the one without its keypoints if the images support that more.
 
-        Where the images do not decide, the difference of the two poses adds to the covariance.
+        Where the images do not decide, the difference of the two poses adds to the covariance. It
+        fails where the pose is that of what has moved before, and nothing shows another one.
         """
         if (source.surface is None or target.surface is None
                 or source.grey.shape != target.grey.shape):

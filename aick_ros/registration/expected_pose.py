@@ -39,12 +39,16 @@ class ExpectedPose:
         """
         Return the pose with its numbers as float64; times that no stamps have are infinite.
 
-        :raises InputError: where a pose is not rigid, or the time is less than 1 ns.
+        :raises InputError: where a pose is not rigid, the time is less than 1 ns, or an error of
+            stamps is negative.
         """
         elapsed = number(self.elapsed, 'elapsed')
         if elapsed < seconds(0, 1):
             raise InputError(f'elapsed is {elapsed:g} s: it must be 1 ns at least')
         position, orientation = numbers(self.timing, (2,), 'the errors of stamps').tolist()
+        if min(position, orientation) < 0.0:
+            raise InputError(f'the errors of stamps are {position:g} m and {orientation:g} rad: '
+                             'they must not be negative')
         return ExpectedPose(
             se3.checked(self.T_target_source, 'the pose expected'),
             elapsed if elapsed <= 2 * seconds(0, MAX_STAMP) else np.inf,

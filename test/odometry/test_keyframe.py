@@ -48,6 +48,7 @@ def test_of_what_objects_hide_another_keyframe_would_not_have_more():
     assert [policy.advance(VIEW, registration(*numbers), KEYPOINTS, lost)
             for *numbers, lost in ((95, 0.01, 0), (18, 0.01, 50), (17, 0.01, 50), (18, 0.01, 0))
             ] == [True, True, False, False]
+    assert not policy.keeps(VIEW, registration(0, 0.01), KEYPOINTS, KEYPOINTS)
     # of fewer keypoints noise is larger in any keyframe: the variance, by their share
     ratio = np.sqrt(2.0 / 0.5)
     assert [policy.keeps(VIEW, registration(95, factor * 0.01 * ratio), KEYPOINTS, 50)

@@ -55,6 +55,7 @@ def test_a_velocity_is_predicted_where_it_is_known(twist, elapsed, is_known):
 @pytest.mark.parametrize('given, reason', [
     ((2 * np.eye(4),), 'the pose expected'), ((POSE, 0.1, 2 * np.eye(4)), 'at constant velocity'),
     ((POSE, 0.1, None, (0.1,)), 'the errors of stamps'),
+    ((POSE, 0.1, None, (0.1, -0.2)), 'are 0.1 m and -0.2 rad: they must not be negative'),
     ((POSE, 0.9e-9), 'elapsed is 9e-10 s: it must be 1 ns at least'), ((POSE, '1'), 'elapsed')])
 def test_what_is_no_pose_or_no_time_is_rejected(given, reason):
     with pytest.raises(InputError, match=reason):

@@ -43,23 +43,39 @@ def on_intruders(frame: PreparedFrame, earlier: PreparedFrame, T_earlier_frame: 
     positions = frame.keypoints.positions
     points = se3.transform(T_earlier_frame, positions)
     are_nearer = np.ones(len(points), bool)
-    least = max(FEWEST_TO_CONFIRM, _LEAST_SHARE * len(points))
     for places in (_THERE, _AROUND):  # where nothing has moved in, the first alone is fast
         left = points[are_nearer]
         are_nearer[are_nearer] = _NEARER * left[:, 2] < np.fmin.reduce(
             _depths(earlier, left, places, sensor))
-        if np.count_nonzero(are_nearer) < least:
+        if _are_few(are_nearer):
             return np.zeros(len(points), bool)
-    return object_places.as_neighbours(positions, are_nearer)
+    return _together(positions, are_nearer)
 
 
 def hidden_by_intruders(frame: PreparedFrame, earlier: PreparedFrame,
                         T_earlier_frame: np.ndarray, sensor: SensorSettings) -> np.ndarray:
-    """Return which keypoints of an earlier frame are hidden by objects that moved in, N bool."""
-    points = se3.transform(se3.inverse(T_earlier_frame), earlier.keypoints.positions)
+    """
+    Return which keypoints of an earlier frame are hidden by what is nearer now, N bool.
+
+    That may be a part of the scene that the camera has moved behind, too.
+    """
+    positions = earlier.keypoints.positions
+    points = se3.transform(se3.inverse(T_earlier_frame), positions)
     farthest = np.fmax.reduce(_depths(frame, points, _AROUND, sensor))
-    are_hidden: np.ndarray = _NEARER * farthest < points[:, 2]
-    return are_hidden
+    return _together(positions, _NEARER * farthest < points[:, 2])
+
+
+def _together(positions: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Return which of some positions lie among others that are chosen, N bool; none if few do."""
+    none = np.zeros(len(chosen), bool)
+    if _are_few(chosen):
+        return none
+    together = object_places.as_neighbours(positions, chosen)
+    return none if _are_few(together) else together
+
+
+def _are_few(chosen: np.ndarray) -> bool:
+    return int(np.count_nonzero(chosen)) < max(FEWEST_TO_CONFIRM, _LEAST_SHARE * len(chosen))
 
 
 def _depths(frame: PreparedFrame, points: np.ndarray, places: np.ndarray,

@@ -26,9 +26,16 @@ class KnownObjects:
     def __init__(self) -> None:
         self._known: dict[int, Places] = {}  # by the stamps of the frames [ns]
 
-    def of(self, stamp: int) -> Places | None:
-        """Return what is known of the frame with a stamp [ns]; None: nothing moves in it."""
-        return self._known.get(stamp)
+    def of(self, stamp: int, now: int | None = None) -> Places | None:
+        """
+        Return what is known of the frame with a stamp [ns]; None: nothing moves in it.
+
+        :param now: stamp of the frame that it is asked for, by which it may be forgotten.
+        """
+        known = self._known.get(stamp)
+        if known is None or now is not None and now - known.seen >= _REMEMBERED:
+            return None
+        return known
 
     def note(self, source: int, target: int, found: FoundObjects | None) -> None:
         """Note what the registration of two frames shows, by their stamps [ns]."""

@@ -136,7 +136,7 @@ class Refinement:
         :param T_target_source: first pose, 4x4.
         :returns: None where nothing known is in the view.
         """
-        if self._known_objects.of(target.stamp) is None:
+        if self._known_objects.of(target.stamp, source.stamp) is None:
             return None
         tracks = self.first_tracks.of(source, target, T_target_source)
         refined = self._solve(source, target, tracks, T_target_source, None, least_share=None)
@@ -180,7 +180,7 @@ class Refinement:
         problem = Problem(source, target, tracks, self._settings, self._sensor, self._noise)
         misalignment = self._misalignment.misalignment
         problem.correct(misalignment, source.twist, pose)
-        problem.begin_without(self._known_objects.of(target.stamp), moving, pose)
+        problem.begin_without(self._known_objects.of(target.stamp, source.stamp), moving, pose)
         for i in range(self._settings.iterations - 1):
             pose, step = problem.step(pose, coarse=i < _COARSE_STEPS)
             if i == _COARSE_STEPS and predicted is not None:

@@ -89,6 +89,11 @@ def test_what_is_behind_an_earlier_frame_is_not_in_its_view():
     assert not on_intruders(PASSED, EARLIER, behind, SENSOR).any()
 
 
+def test_few_that_are_hidden_are_none():
+    frame = view(seen(board=10))
+    assert not hidden_by_intruders(frame, EARLIER, np.eye(4), SENSOR).any()
+
+
 def test_keypoints_that_were_tracked_are_hidden_behind_it():
     tracked = dataclasses.replace(PASSED, is_tracked=True)
     hidden = hidden_by_intruders(tracked, EARLIER, T_EARLIER_FRAME, SENSOR)

@@ -28,6 +28,15 @@ def test_each_frame_is_known_by_its_stamp():
     assert known.of(NOW).seen == known.of(NOW - 1).seen == NOW
 
 
+@pytest.mark.parametrize('late, is_known', [(-1, True), (0, False)])
+def test_what_nothing_has_been_noted_of_since_is_forgotten_too(late, is_known):
+    """As while frames are lost."""
+    known = KnownObjects()
+    known.note(NOW, NOW - 1, found_at(NOW))
+    assert (known.of(NOW, NOW + NANOSECONDS + late) is not None) == is_known
+    assert known.of(NOW) is not None
+
+
 def test_what_has_moved_in_is_known_in_that_frame_alone():
     scene, objects = np.ones((2, 3)), np.full((3, 3), 2.0)
     known = KnownObjects()
