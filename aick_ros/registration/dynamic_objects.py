@@ -50,6 +50,7 @@ from aick_ros.settings import Settings
 _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
 _LEFT_SHARE = 0.5  # of the keypoints found, that must be left without a small object
+_FEW_LEFT = 0.1  # keypoints of the rest by those found; fewer may agree with depth by chance
 _FEW_KNOWN = 0.3  # share of the keypoints of the scene that may be on what has moved before
 _LONGEST_ALONE = 0.1  # s; chosen: time after which the motion expected hardly excludes any other
 _LEAST_OF_SCENE = 0.02  # share of the points of depth that must be those of the scene
@@ -104,6 +105,7 @@ class DynamicObjectCheck:
         rest = self._without_keypoints_of(found, source, target, expected)
         if (is_contradicted and differ(found.pose, rest.pose)
                 and not _has_moved_before(rest.fit, found.fit)
+                and self._may_replace(rest, found, expected)
                 and self._agreement.is_better_by(rest, found)):
             near = self._of_all_near(rest, found, source, target)
             return _of_the_rest(found, near, f'{found.support} keypoints move by themselves, '
@@ -141,6 +143,11 @@ class DynamicObjectCheck:
     def _continues(self, rest: Refined, found: Registration, expected: ExpectedPose) -> bool:
         """Return whether keypoints confirm a pose that moves as expected, unlike the one found."""
         return rest.is_confirmed and self._prior.is_continued_by(rest.pose, found.pose, expected)
+
+    def _may_replace(self, rest: Refined, found: Registration, expected: ExpectedPose) -> bool:
+        """Return whether the rest are not few, or the pose found does not move as expected."""
+        return (len(rest.tracked) > _FEW_LEFT * found.support
+                or self._prior.is_exceeded_by(found.pose, expected))
 
     def _is_alone(self, found: Registration, expected: ExpectedPose) -> bool:
         """Return whether a pose is that of what has moved before, and moves still or may."""

@@ -425,6 +425,17 @@ def test_where_depth_contradicts_keypoints_those_that_agree_with_it_decide(play,
     assert checked.reason == '70 keypoints move by themselves, depth agrees with 70 others'
 
 
+@pytest.mark.parametrize('error, support, is_found', [
+    (0.06, 299, True), (0.06, 301, False), (0.13, 301, True)],
+    ids=['more than few', 'few', 'few, off the motion expected'])
+def test_few_that_agree_with_depth_replace_no_motion_that_is_expected(
+        play, made, error, support, is_found):
+    """Thirty of three hundred may agree with depth by chance."""
+    played = contradicted(play, made, True, True, error=np.array([error, 0, 0, 0, 0, 0]))
+    played.found = dataclasses.replace(played.found, support=support)
+    assert ('depth agrees with 70 others' in played.check().reason) == is_found
+
+
 @pytest.mark.parametrize('squared, is_found', [(22.3, True), (22.6, False)])
 def test_poses_that_differ_by_their_errors_show_no_object(play, made, squared, is_found):
     """Errors of six values exceed 22.46 once in a thousand times."""
