@@ -10,8 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-
 FOLDER = Path(__file__).parents[2] / 'benchmarks'
 DRAWS = 3
 
@@ -19,11 +17,6 @@ DRAWS = 3
 @pytest.fixture(scope='module')
 def noise_draws(load):
     return load(FOLDER / 'noise_draws.py')
-
-
-@pytest.fixture(scope='module')
-def source():
-    return SyntheticSource(SyntheticOptions(seed=5, frames=4))
 
 
 @pytest.fixture(scope='module')

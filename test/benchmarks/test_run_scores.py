@@ -12,7 +12,6 @@ import pytest
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.registration import dynamic_objects, tracked_keypoints
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 FOLDER = Path(__file__).parents[2] / 'benchmarks'
 
@@ -20,11 +19,6 @@ FOLDER = Path(__file__).parents[2] / 'benchmarks'
 @pytest.fixture(scope='module')
 def run_scores(load):
     return load(FOLDER / 'run_scores.py')
-
-
-@pytest.fixture(scope='module')
-def source():
-    return SyntheticSource(SyntheticOptions(seed=5, frames=4))
 
 
 def test_scores_are_those_of_the_odometry(run_scores, source):

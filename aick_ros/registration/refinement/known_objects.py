@@ -33,9 +33,7 @@ class KnownObjects:
         :param now: stamp of the frame that it is asked for, by which it may be forgotten.
         """
         known = self._known.get(stamp)
-        if known is None or now is not None and now - known.seen >= _REMEMBERED:
-            return None
-        return known
+        return known if known is None or now is None or _is_recent(known, now) else None
 
     def note(self, source: int, target: int, found: FoundObjects | None) -> None:
         """Note what the registration of two frames shows, by their stamps [ns]."""
@@ -64,4 +62,9 @@ class KnownObjects:
         """Forget what has not moved for long before a stamp [ns]."""
         self._known = dict(list(
             (stamp, each) for stamp, each in self._known.items()
-            if 0 <= now - each.seen < _REMEMBERED)[-_MOST_FRAMES:])
+            if now >= each.seen and _is_recent(each, now))[-_MOST_FRAMES:])
+
+
+def _is_recent(places: Places, now: int) -> bool:
+    """Return whether objects have moved shortly before a stamp [ns]."""
+    return now - places.seen < _REMEMBERED

@@ -55,7 +55,7 @@ chi-square with as many degrees of freedom so far in one of a thousand. Offsets 
 cameras without any show 0 to 15, others hundreds."""
 
 _SINGLY = (_OFFSET, slice(6, 7), _COLOUR_READOUT, _DEPTH_READOUT, slice(9, 10), slice(10, 11))
-"""What is applied or not by its size: the offset as a whole."""
+"""Unknowns that are applied together or not at all, by their size."""
 
 _STILL_SIGNIFICANT = 0.5  # of both: below it an estimate is no longer applied
 
