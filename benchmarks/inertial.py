@@ -143,11 +143,12 @@ def row(name: str, frames: Frames, truth: Trajectory) -> str:
     off = sum(error.is_wrong for error in increments)
     nees = Consistency.of(error.nees for error in increments).nees_mean
     lost = sum(not update.status.ok for update in updates)
-    true_turn = truth.poses[0][:3, :3].T @ truth.poses[-1][:3, :3]
-    end = se3.angle(true_turn.T @ updates[0].T_odom_camera[:3, :3].T
-                    @ updates[-1].T_odom_camera[:3, :3])
+    end = se3.difference(
+        se3.inverse(updates[0].T_odom_camera) @ updates[-1].T_odom_camera,
+        se3.inverse(truth.poses[0]) @ truth.poses[-1])
     return (f'| {name} | {lost} | {off} | {1e3 * ate:.1f} | {1e3 * rpe:.2f} | '
-            f'{np.degrees(turn):.3f} | {np.degrees(end):.2f} | {nees:.1f} | {named} |')
+            f'{np.degrees(turn):.3f} | {1e3 * np.linalg.norm(end[:3]):.1f} | '
+            f'{np.degrees(np.linalg.norm(end[3:])):.2f} | {nees:.1f} | {named} |')
 
 
 def rows(seed: int) -> Iterator[str]:
@@ -174,8 +175,8 @@ def main() -> None:
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     cv2.setNumThreads(1)
-    print('| recording | lost | off | ATE [mm] | RPE 1 s [mm] | [deg] | at the end [deg] | NEES | '
-          'named at |\n|---|---|---|---|---|---|---|---|---|')
+    print('| recording | lost | off | ATE [mm] | RPE 1 s [mm] | [deg] | at the end [mm] | [deg] | '
+          'NEES | named at |\n|---|---|---|---|---|---|---|---|---|---|')
     for seed in map(int, sys.argv[1:]):
         for line in rows(seed):
             print(line, flush=True)

@@ -19,6 +19,7 @@ from aick_ros.borders.records import replaced
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
+from aick_ros.odometry.inertial.accelerometer import Accelerometer
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.motion_term import MotionTerm
@@ -34,12 +35,13 @@ class ExpectedMotion:
     :param settings: of the motion model.
     :param gyroscope: with the samples of an IMU, if there are any.
     :param other: another odometry, if there is one.
+    :param accelerometer: likewise.
     """
 
-    def __init__(self, settings: OdometrySettings, gyroscope: Gyroscope,
-                 other: OtherOdometry) -> None:
+    def __init__(self, settings: OdometrySettings, gyroscope: Gyroscope, other: OtherOdometry,
+                 accelerometer: Accelerometer) -> None:
         self._motion_model = MotionModel(settings)
-        self._gyroscope, self._other = gyroscope, other
+        self._gyroscope, self._other, self._accelerometer = gyroscope, other, accelerometer
 
     def is_known(self, start: int, end: int, twist: np.ndarray | None) -> bool:
         """
@@ -59,7 +61,7 @@ class ExpectedMotion:
         if twist is None or not self._motion_model.holds(seconds(start, end)):
             return self.without_images(start, end, twist)
         motion = self._motion_model.predict(twist, seconds(start, end))
-        return self._with_terms(motion, start, end)
+        return self._with_displacement(self._with_terms(motion, start, end), start, end)
 
     def steady(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance | None:
         """Return the motion at constant velocity; None: unknown, or what is expected anyway."""
@@ -80,7 +82,9 @@ class ExpectedMotion:
         motion = (self._motion_model.predict(twist, seconds(start, end)) if by_other is None
                   else self._other.with_slip(by_other))
         term = self._gyroscope.term(start, end)
-        return motion if term is None else term.added_to(motion).pose
+        if term is not None:
+            motion = term.added_to(motion).pose
+        return self._with_displacement(motion, start, end)
 
     def twist_at(self, stamp: int, twist: np.ndarray) -> np.ndarray:
         """Return a body velocity with the turn rate at a stamp [ns], where that is measured."""
@@ -134,6 +138,13 @@ class ExpectedMotion:
             if fusion.is_of_noise:
                 motion = fusion.pose
         return motion
+
+    def _with_displacement(self, motion: PoseWithCovariance, start: int,
+                           end: int) -> PoseWithCovariance:
+        """Return a motion between two stamps [ns] with that by the accelerometer, if it agrees."""
+        term = self._accelerometer.term(start, end)
+        fusion = None if term is None else term.added_to(motion)
+        return motion if fusion is None or not fusion.is_of_noise else fusion.pose
 
     def _terms(self, start: int, end: int, is_summed: bool = False) -> Iterator[MotionTerm]:
         if end > start:

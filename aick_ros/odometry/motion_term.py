@@ -18,6 +18,9 @@ import numpy as np
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.pose_fusion import Fusion, with_measurement
 
+POSITION = np.hstack([np.eye(3), np.zeros((3, 3))])
+"""Rows of a term that measures the position alone."""
+
 ROTATION = np.hstack([np.zeros((3, 3)), np.eye(3)])
 """Rows of a term that measures the rotation alone."""
 

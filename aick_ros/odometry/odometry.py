@@ -25,6 +25,7 @@ from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.frame_order import FrameOrder
 from aick_ros.odometry.increment_bias import IncrementBias
 from aick_ros.odometry.increments import Increments
+from aick_ros.odometry.inertial.accelerometer import Accelerometer
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.inertial.level import Turn
@@ -108,7 +109,8 @@ class Odometry:
         self._other.configure(settings.odometry)
         self._path.configure(settings, registrar)
         self._motion_model = MotionModel(settings.odometry)
-        self._expected = ExpectedMotion(settings.odometry, self._gyroscope, self._other)
+        self._expected = ExpectedMotion(settings.odometry, self._gyroscope, self._other,
+                                        Accelerometer(self._path.gravity, self._gyroscope))
         self._attempts = Attempts(settings, registrar, self._expected)
         self._increments = Increments(self._expected, self._motion_model,
                                       self._learned.misalignment, self._increment_bias,

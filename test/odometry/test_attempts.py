@@ -14,6 +14,8 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.attempts import Attempts
 from aick_ros.odometry.expected_motion import ExpectedMotion
+from aick_ros.odometry.inertial.accelerometer import Accelerometer
+from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.odometry.reference import Reference, References
@@ -79,8 +81,9 @@ def none_known(reference, T_reference_frame):
 def attempts_by(registrar):
     """Return attempts without other sensors."""
     settings = Settings()
-    expected = ExpectedMotion(settings.odometry, Gyroscope(settings.imu, settings.odometry),
-                              OtherOdometry(settings.odometry))
+    gyroscope = Gyroscope(settings.imu, settings.odometry)
+    expected = ExpectedMotion(settings.odometry, gyroscope, OtherOdometry(settings.odometry),
+                              Accelerometer(Gravity(settings.imu), gyroscope))
     return Attempts(settings, registrar, expected)
 
 

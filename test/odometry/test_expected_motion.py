@@ -11,10 +11,11 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.geometry.pose_fusion import with_measurement
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.motion_model import MotionModel
-from aick_ros.odometry.motion_term import ROTATION, MotionTerm
+from aick_ros.odometry.motion_term import POSITION, ROTATION, MotionTerm
 from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.status import Status
@@ -24,7 +25,7 @@ SETTINGS = OdometrySettings()
 TWIST = np.array([0.3, 0.1, -0.2, 0.2, -0.1, 0.3])
 STEP = NANOSECONDS // 20
 MOTION = se3.exp(TWIST * 0.05)
-TURN_NOISE = 1e-6 * np.eye(3)
+TURN_NOISE, SHIFT_NOISE = 1e-6 * np.eye(3), 1e-7 * np.eye(3)
 
 
 def since(motion, start, end):
@@ -49,11 +50,24 @@ class Turns:
         return self._rate
 
 
-def expected(turns=None, wheels=None, settings=SETTINGS):
+class Shifts:
+    """An accelerometer that measures one displacement, and keeps what it was asked for."""
+
+    def __init__(self, motion=None, covariance=SHIFT_NOISE):
+        self._motion, self._covariance = motion, covariance
+        self.asked = []
+
+    def term(self, start, end):
+        self.asked.append((start, end))
+        return None if self._motion is None else MotionTerm(
+            self._motion, POSITION, self._covariance)
+
+
+def expected(turns=None, wheels=None, settings=SETTINGS, shifts=None):
     other = OtherOdometry(settings)
     if wheels is not None:
         other.begin(lambda before, now: since(wheels, before, now))
-    return ExpectedMotion(settings, turns or Turns(), other)
+    return ExpectedMotion(settings, turns or Turns(), other, shifts or Shifts())
 
 
 def seen_as(pose=MOTION, covariance=1e-4, **parts):
@@ -100,6 +114,40 @@ def test_a_measured_turn_replaces_the_rotation_and_its_information_is_added():
     np.testing.assert_allclose(motion.rotation, turned[:3, :3], atol=1e-3)
     assert se3.angle(motion.rotation.T @ turned[:3, :3]) < \
         0.1 * se3.angle(prior.rotation.T @ turned[:3, :3])
+
+
+SHIFTED = se3.exp([0.0162, 0.0043, -0.0117, 0, 0, 0])
+
+
+@pytest.mark.parametrize('twist, late', [(TWIST, 0), (TWIST, 1), (None, 0)])
+def test_a_measured_displacement_is_added_to_what_is_expected(twist, late):
+    """Whether the velocity still holds, holds no more or is not known."""
+    end = late + round(SETTINGS.hold_time * NANOSECONDS)
+    shifts = Shifts(se3.exp([0.09, 0.03, -0.05, 0, 0, 0]))
+    for method in ('between', 'without_images'):
+        prior, motion = (getattr(expected(Turns(MOTION), shifts=each), method)(0, end, twist)
+                         for each in (None, shifts))
+        assert_same(motion, with_measurement(prior, shifts.term(0, end).T_target_source, POSITION,
+                                             SHIFT_NOISE).pose)
+        assert np.linalg.norm(motion.translation - [0.09, 0.03, -0.05]) < 1e-3
+
+
+def test_a_displacement_that_disagrees_is_not_added():
+    """As of an accelerometer that was knocked, beyond what the hand may accelerate."""
+    for shift, is_added in ((0.02, True), (0.4, False)):
+        shifts = Shifts(se3.exp([shift, 0, 0, 0, 0, 0]))
+        prior, motion = (expected(shifts=each).without_images(0, 2 * STEP, TWIST)
+                         for each in (None, shifts))
+        assert bool(abs(motion.translation[0] - prior.translation[0]) > 1e-4) is is_added
+
+
+def test_a_displacement_is_no_term_of_what_the_images_show():
+    """It continues a velocity that the images before have shown, which would count again."""
+    shifts = Shifts(SHIFTED)
+    model = expected(Turns(MOTION), shifts=shifts)
+    model.fused(seen_as(), 0, STEP)
+    model.fused_increment(Increment(PoseWithCovariance(MOTION, 1e-6 * np.eye(6)), 0.05), 0, STEP)
+    assert shifts.asked == []
 
 
 def with_error(sigmas):

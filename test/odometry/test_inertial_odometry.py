@@ -219,6 +219,15 @@ def test_in_the_dark_the_rotation_goes_on(rendered, updates):
     assert error[True] < np.radians(0.2)
 
 
+def test_in_the_dark_the_position_goes_on(rendered, updates):
+    """By the accelerometer; at constant velocity it would stop, and not at once."""
+    true = se3.inverse(rendered[1][DARK[0] - 1]) @ rendered[1][-1]
+    error = {has_imu: np.linalg.norm((se3.inverse(found[DARK[0] - 1].T_odom_camera)
+                                      @ found[-1].T_odom_camera)[:3, 3] - true[:3, 3])
+             for has_imu, found in updates.items()}
+    assert error[True] < 0.2 * error[False]
+
+
 def test_odom_begins_level(rendered, updates):
     first = updates[True][0]
     up = rendered[1][0][:3, :3].T @ [0, 0, 1]

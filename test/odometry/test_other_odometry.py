@@ -15,6 +15,8 @@ from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.odometry.expected_motion import ExpectedMotion
+from aick_ros.odometry.inertial.accelerometer import Accelerometer
+from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.other_odometry import OtherOdometry, no_odometry
 from aick_ros.registration.result import Registration
@@ -36,7 +38,9 @@ def other():
 
 @pytest.fixture
 def expected(other):
-    return ExpectedMotion(SETTINGS, Gyroscope(ImuSettings(), SETTINGS), other)
+    gyroscope = Gyroscope(ImuSettings(), SETTINGS)
+    return ExpectedMotion(SETTINGS, gyroscope, other,
+                          Accelerometer(Gravity(ImuSettings()), gyroscope))
 
 
 def seen(motion, sigma):

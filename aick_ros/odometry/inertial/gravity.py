@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Callable
 
@@ -16,8 +15,10 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.inertial.disagreement import Disagreement
+from aick_ros.odometry.inertial.displacement import Displacement, LastMeasured
 from aick_ros.odometry.inertial.force_integral import ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GRAVITY, GravityFilter
+from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.inertial.level import UP, Level, Turn, level_orientation
 from aick_ros.odometry.inertial.sample_check import SampleCheck
 from aick_ros.settings import ImuSettings
@@ -120,7 +121,8 @@ class Gravity:
     @property
     def estimate(self) -> GravityFilter | None:
         """Copy of gravity, bias, lever arm and time offset; None: they are not estimated yet."""
-        return copy.deepcopy(self._filter)
+        known = self._filter  # another thread may forget it meanwhile
+        return None if known is None else known.copy()
 
     @property
     def stamp(self) -> int | None:
@@ -132,6 +134,15 @@ class Gravity:
         """Direction of gravity, 3, upwards, in the camera's axes there; None: it is not known."""
         known = self._filter
         return None if known is None else self._last.rotation.T @ known.up.vector
+
+    def displacement(self, gyroscope: Gyroscope) -> Displacement | None:
+        """Return what follows the camera from the last frame on; None: nothing is known there."""
+        if self._stamp is None or self._filter is None or self._is_doubted:
+            return None
+        known = self._filter.copy()
+        return Displacement(LastMeasured(
+            self._stamp, known, self._last, self._offset + round(known.time_offset * NANOSECONDS),
+            self._T_camera_imu[:3, 3].copy()), self._forces, gyroscope)
 
     @property
     def complaint(self) -> str:

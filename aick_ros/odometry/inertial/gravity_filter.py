@@ -23,6 +23,7 @@ noise would be drawn to zero by it.
 
 from __future__ import annotations
 
+import copy
 import math
 
 import numpy as np
@@ -86,6 +87,12 @@ class GravityFilter:
         """Continue with another noise; what was estimated is kept."""
         self._settings = settings
 
+    def copy(self) -> GravityFilter:
+        """Return a filter that goes on by itself."""
+        other = copy.copy(self)
+        other.values, other.covariance = self.values.copy(), self.covariance.copy()
+        return other
+
     @property
     def gravity(self) -> np.ndarray:
         """Gravity, 3, upwards [m/s^2]."""
@@ -134,6 +141,23 @@ class GravityFilter:
         self.covariance[_P, _V], self.covariance[_V, _P] = 0.0, 0.0
         self.covariance[_P, _P] = (
             pose.covariance[:3, :3] + lever_arm[:, _L] @ pose.rotation.T)
+
+    def set_origin(self) -> None:
+        """Let the position be zero, from where a displacement is measured."""
+        self.values[_P] = 0.0
+        self.covariance[_P], self.covariance[:, _P] = 0.0, 0.0
+
+    def displacement(self, turned: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """
+        Return the displacement of the camera since the origin, 3, and its covariance, 3x3.
+
+        It is beside that of a lever arm which is known before.
+
+        :param turned: rotation of the camera now less that at the origin, 3x3.
+        """
+        rows = np.eye(3, _SIZE)
+        rows[:, _L] = -turned
+        return rows @ self.values, rows @ self.covariance @ rows.T
 
     def predict(self, impulse: Impulse, orientation: np.ndarray) -> None:
         """

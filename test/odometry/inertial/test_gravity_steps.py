@@ -14,7 +14,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.inertial.gravity import Gravity
-from aick_ros.odometry.inertial.gravity_filter import GRAVITY
+from aick_ros.odometry.inertial.gravity_filter import GRAVITY, GravityFilter
 from aick_ros.odometry.inertial.level import level_orientation
 from aick_ros.settings import ImuSettings
 
@@ -372,12 +372,14 @@ def test_what_is_known_is_described_with_its_numbers(play):
 
 def test_what_is_estimated_is_handed_out_as_a_copy(play):
     gravity = play().gravity
-    gravity._filter = SimpleNamespace(values=np.ones(3))
-    found, changed = gravity.estimate, gravity.estimate
-    changed.values[:] = 2.0
-    assert gravity._filter.values.tolist() == [1.0, 1.0, 1.0]
-    gravity._filter.values[:] = 3.0
-    assert found.values.tolist() == [1.0, 1.0, 1.0]
+    gravity._filter = GravityFilter(SETTINGS, FORCE, np.eye(3), SEEN[0])
+    for of in ('values', 'covariance'):
+        before = getattr(gravity._filter, of).copy()
+        found, changed = gravity.estimate, gravity.estimate
+        getattr(changed, of)[:] = 2.0
+        np.testing.assert_array_equal(getattr(gravity._filter, of), before)
+        getattr(gravity._filter, of)[:] = 3.0
+        np.testing.assert_array_equal(getattr(found, of), before)
 
 
 def test_what_is_up_is_in_the_axes_of_the_camera_at_the_last_frame(play):
@@ -401,3 +403,27 @@ def test_the_complaint_says_what_to_check(play):
     assert played.gravity.complaint == (
         'the accelerometer contradicts the motion of the camera: check the pose of the IMU in the '
         'camera')
+
+
+def test_a_displacement_begins_at_the_last_frame(play, monkeypatch):
+    """By a copy of the filter, which goes on with the next frame that is measured."""
+    monkeypatch.setattr('aick_ros.odometry.inertial.gravity.Displacement', lambda *made: made)
+    monkeypatch.setattr(Filter, 'copy', lambda self: SimpleNamespace(time_offset=0.002, of=self),
+                        raising=False)
+    played, gyroscope = play(3), object()
+    played.gravity.add(ImuSamples(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)),
+                                  np.array([0.1, 0.2, 0.3])), OFFSET)
+    last, forces, used = played.gravity.displacement(gyroscope)
+    assert last.stamp == START + NANOSECONDS // 5
+    assert last.estimate.of is played.filters[-1]
+    np.testing.assert_allclose(last.pose.matrix, REFERENCE.matrix @ SEEN[2].matrix)
+    assert last.offset == 9_000_000
+    np.testing.assert_array_equal(last.position, [0.1, 0.2, 0.3])
+    assert forces is played.gravity._forces and used is gyroscope
+
+
+def test_without_a_frame_or_where_it_is_doubted_there_is_no_displacement(play):
+    assert play(0).gravity.displacement(None) is None
+    played = play(3)
+    played.gravity._disagreement = SimpleNamespace(is_suspected=True)
+    assert played.gravity.displacement(None) is None
