@@ -37,7 +37,7 @@ class KeyframeChoice:
     def replaces(self, prepared: PreparedFrame, attempt: Attempt) -> bool:
         """Return whether a frame that was registered to the keyframe will be the next one."""
         keyframe = self._registrar.prepared_like(attempt.reference.prepared, prepared)
-        return not self._is_kept(prepared, keyframe, attempt.registration, self._policy.keeps)
+        return not self._is_kept(prepared, keyframe, attempt.seen, self._policy.keeps)
 
     def advance(self, references: References, last: Reference, attempt: Attempt) -> None:
         """
@@ -65,7 +65,7 @@ class KeyframeChoice:
         if reference is not references.keyframe:
             self._policy.begin()
         kept = self._registrar.prepared_like(reference.prepared, prepared)
-        if self._is_kept(prepared, kept, attempt.registration, self._policy.advance):
+        if self._is_kept(prepared, kept, attempt.seen, self._policy.advance):
             if kept.twist is None and prepared.twist is not None:  # as that of a first frame
                 kept = kept.moving(prepared.twist)
             references.track(last, Reference(kept, reference.pose, loss=reference.loss))
@@ -77,18 +77,22 @@ class KeyframeChoice:
             self._policy.begin()
 
     def _is_kept(self, prepared: PreparedFrame, keyframe: PreparedFrame,
-                 registration: Registration, rule: Rule) -> bool:
+                 seen: Registration, rule: Rule) -> bool:
         """
         Return whether a keyframe serves on, by a rule for frames that could be the next one.
 
-        :param keyframe: prepared as the frame is; ``registration``: of the frame to it.
+        What other sensors know of the motion is no reason for another keyframe: beside a rotation
+        by a gyroscope, which is exact over the first frames, the noise of later ones is large.
+
+        :param keyframe: prepared as the frame is.
+        :param seen: the registration of the frame to it by the images alone.
         """
         count = len((keyframe if prepared.is_tracked else prepared).keypoints)
-        if (prepared.repeat is not Repeat.NONE or rule(prepared, registration, count, 0)
+        if (prepared.repeat is not Repeat.NONE or rule(prepared, seen, count, 0)
                 or prepared.is_blurred_beside(keyframe)):
             return True
-        lost = self._on_objects(prepared, keyframe, registration)
-        return lost > 0 and rule(prepared, registration, count, lost)
+        lost = self._on_objects(prepared, keyframe, seen)
+        return lost > 0 and rule(prepared, seen, count, lost)
 
     def _on_objects(self, prepared: PreparedFrame, keyframe: PreparedFrame,
                     registration: Registration) -> int:

@@ -46,6 +46,9 @@ def nothing_moves_in(monkeypatch):
         monkeypatch.setattr(keyframe_choice, name, lambda *_: np.zeros(4, bool))
 
 
+SEEN = SimpleNamespace(T_target_source='a pose', fit=None)  # by the images alone
+
+
 def pose_at(number):
     return PoseWithCovariance(se3.exp([number, 0, 0, 0, 0, 0]), (1 + number) * np.eye(6))
 
@@ -93,9 +96,8 @@ def advance(keeps, is_by_depth=False, to_keyframe=True, loss=None, **changes):
             prepared, keypoints='own', is_tracked=False)))
     choice._policy = policy
     choice.advance(references, last, SimpleNamespace(
-        reference=references.keyframe if to_keyframe else middle, seen='by images',
-        registration=SimpleNamespace(is_by_depth=is_by_depth, T_target_source='a pose',
-                                     fit=None)))
+        reference=references.keyframe if to_keyframe else middle, seen=SEEN,
+        registration=SimpleNamespace(is_by_depth=is_by_depth)))
     return references, first, last, policy
 
 
@@ -126,7 +128,8 @@ def test_a_first_keyframe_has_the_velocity_of_the_frame_after_it(known, expected
     choice._policy = Policy(True)
     last = Reference(View(1, twist='of the next'), pose_at(1), pose_at(8))
     choice.advance(references, last, SimpleNamespace(
-        reference=references.keyframe, registration=SimpleNamespace(is_by_depth=False)))
+        reference=references.keyframe, seen=SEEN,
+        registration=SimpleNamespace(is_by_depth=False)))
     assert references.keyframe.prepared.twist == expected
 
 
@@ -144,7 +147,7 @@ def test_what_objects_hide_or_carry_is_not_asked_of_another_keyframe(
     view, fit = View(2, is_tracked=is_tracked), None if moving is None else SimpleNamespace(
         objects=SimpleNamespace(count=moving))
     attempt = SimpleNamespace(reference=Reference(View(0), pose_at(0)),
-                              registration=SimpleNamespace(T_target_source='a pose', fit=fit))
+                              seen=SimpleNamespace(T_target_source='a pose', fit=fit))
     choice._policy = policy = Policy(None)
     assert choice.replaces(view, attempt) is (lost == 0)
     assert policy.lost == ([0, lost] if lost else [0])
@@ -162,8 +165,7 @@ def test_the_next_keyframe_is_known_before_it_is_made(keeps, changes, replaces):
     choice = KeyframeChoice(Settings(), SimpleNamespace(prepared_like=alike))
     choice._policy = policy = Policy(keeps)
     found = choice.replaces(View(2, is_tracked=True, **changes), SimpleNamespace(
-        reference=Reference(View(0), pose_at(0)),
-        registration=SimpleNamespace(T_target_source='a pose', fit=None)))
+        reference=Reference(View(0), pose_at(0)), seen=SEEN))
     assert found is replaces
     assert policy.counts == ([] if 'repeat' in changes else [4])  # as the frame is prepared
     assert policy.begun == 0 and policy.asked == []
@@ -207,8 +209,7 @@ def test_the_frame_that_serves_on_is_where_it_is(to_keyframe):
     assert is_at(references.keyframe, served)
     np.testing.assert_array_equal(served.pose.covariance, pose_at(not to_keyframe).covariance)
     assert references.last is last
-    (asked, registration), = policy.asked
-    assert asked is last.prepared and not registration.is_by_depth
+    assert policy.asked == [(last.prepared, SEEN)]
 
 
 @pytest.mark.parametrize('keeps', [True, False])
@@ -237,7 +238,7 @@ def test_the_next_keyframe_is_the_last_frame_and_exact_in_itself():
 @pytest.mark.parametrize('keeps', [True, False])
 def test_the_last_frame_by_depth_is_exact_in_itself_if_it_is_the_next_shape(keeps):
     references, first, last, policy = advance(keeps, is_by_depth=True)
-    assert policy.asked == [(first.stamp, 'by images')]
+    assert policy.asked == [(first.stamp, SEEN)]
     if keeps:
         assert references.last is last and references.depth_reference is references.keyframe
     else:
@@ -256,9 +257,9 @@ def test_the_policy_is_that_of_the_settings(reference, is_kept):
     choice = KeyframeChoice(with_values(Settings(), {'odometry.reference': reference}),
                             SimpleNamespace(prepared_like=lambda target, source: target))
     choice.advance(references, last, SimpleNamespace(
-        reference=first, registration=SimpleNamespace(
-            is_by_depth=False, support=3, image_pose=exact, unbiased_pose=exact,
-            T_target_source='a pose', fit=None)))
+        reference=first, registration=SimpleNamespace(is_by_depth=False), seen=SimpleNamespace(
+            support=3, image_pose=exact, unbiased_pose=exact, T_target_source='a pose',
+            fit=None)))
     assert (references.keyframe.stamp == 0) == is_kept
 
 
