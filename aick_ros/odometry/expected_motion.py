@@ -52,6 +52,11 @@ class ExpectedMotion:
         holds = twist is not None and self._motion_model.holds(seconds(start, end))
         return holds or any(True for _ in self._terms(start, end))
 
+    def is_measured(self, start: int, end: int) -> bool:
+        """Return whether another sensor has measured the motion between two stamps [ns]."""
+        return (self._other.motion(start, end) is not None
+                or self._accelerometer.knows(start, end))
+
     def between(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance:
         """
         Return the motion ``T_camera0_camera1`` between two stamps [ns].

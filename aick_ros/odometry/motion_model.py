@@ -39,6 +39,11 @@ class MotionModel:
         """Return whether the camera may have turned in any direction in some time [s]."""
         return elapsed * self._max_turn_rate >= _HALF_TURN
 
+    @property
+    def unknown_speed(self) -> float:
+        """Standard deviation of a velocity that was never measured, along an axis [m/s]."""
+        return self._max_speed / _WITHIN_LIMITS
+
     def predict(self, twist: np.ndarray | None, elapsed: float) -> PoseWithCovariance:
         """
         Return the motion of the camera since its velocity was measured.

@@ -109,8 +109,9 @@ class Odometry:
         self._other.configure(settings.odometry)
         self._path.configure(settings, registrar)
         self._motion_model = MotionModel(settings.odometry)
-        self._expected = ExpectedMotion(settings.odometry, self._gyroscope, self._other,
-                                        Accelerometer(self._path.gravity, self._gyroscope))
+        self._expected = ExpectedMotion(
+            settings.odometry, self._gyroscope, self._other, Accelerometer(
+                self._path.gravity, self._gyroscope, self._motion_model.unknown_speed))
         self._attempts = Attempts(settings, registrar, self._expected)
         self._increments = Increments(self._expected, self._motion_model,
                                       self._learned.misalignment, self._increment_bias,
@@ -395,7 +396,7 @@ class Odometry:
         return self._update(
             prepared, failure.status, failure.reason,
             rejected=failure.increment if failure.registration.status.ok else None,
-            predicted=self._other.motion(last.stamp, prepared.stamp) is not None)
+            predicted=self._expected.is_measured(last.stamp, prepared.stamp))
 
     def _update(self, prepared: PreparedFrame, status: Status, reason: str,
                 **details: Any) -> OdometryUpdate:

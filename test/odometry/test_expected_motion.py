@@ -62,6 +62,9 @@ class Shifts:
         return None if self._motion is None else MotionTerm(
             self._motion, POSITION, self._covariance)
 
+    def knows(self, start, end):
+        return self._motion is not None
+
 
 def expected(turns=None, wheels=None, settings=SETTINGS, shifts=None):
     other = OtherOdometry(settings)
@@ -139,6 +142,12 @@ def test_a_displacement_that_disagrees_is_not_added():
         prior, motion = (expected(shifts=each).without_images(0, 2 * STEP, TWIST)
                          for each in (None, shifts))
         assert bool(abs(motion.translation[0] - prior.translation[0]) > 1e-4) is is_added
+
+
+@pytest.mark.parametrize('wheels, shift, measured', [
+    (None, None, False), (MOTION, None, True), (None, SHIFTED, True), (MOTION, SHIFTED, True)])
+def test_a_motion_is_measured_by_wheels_or_an_accelerometer(wheels, shift, measured):
+    assert expected(wheels=wheels, shifts=Shifts(shift)).is_measured(0, STEP) is measured
 
 
 def test_a_displacement_is_no_term_of_what_the_images_show():

@@ -35,6 +35,8 @@ def test_a_velocity_that_was_never_measured_may_be_any_within_the_limits():
     model = MotionModel(OdometrySettings(
         max_speed=1.5, max_turn_rate=6.0, acceleration_sigma=4.0, angular_acceleration_sigma=20.0))
     predicted = model.predict(None, 0.1)
+    assert np.sqrt(predicted.covariance[0, 0]) == pytest.approx(
+        np.hypot(0.1 * model.unknown_speed, 0.005 * model._acceleration_sigma))
     np.testing.assert_array_equal(predicted.matrix, np.eye(4))
     sigmas = np.hypot([0.05, 0.2], [0.02, 0.1])
     np.testing.assert_allclose(np.sqrt(np.diag(predicted.covariance)), np.repeat(sigmas, 3))

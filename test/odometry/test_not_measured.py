@@ -197,12 +197,15 @@ def test_what_was_found_and_failed_a_check_is_reported(parts, two, attempt_to):
     assert update.rejected.interval == first.increment.interval
 
 
-def test_a_lost_frame_is_predicted_where_another_sensor_knows_the_motion(parts, two, attempt_to):
+@pytest.mark.parametrize('is_measured', [True, False])
+def test_a_lost_frame_is_predicted_where_another_sensor_knows_the_motion(
+        parts, two, attempt_to, is_measured):
     one, tracked = two
-    parts.attempts, parts.by_wheels = [attempt_to(status=Status.TOO_FEW_MATCHES)], np.eye(4)
+    parts.attempts = [attempt_to(status=Status.TOO_FEW_MATCHES)]
+    parts.answers['ExpectedMotion', 'is_measured'] = is_measured
     update = one.take(0.2)
-    assert update.predicted
-    assert parts.asked('OtherOdometry', 'motion')[-1] == (tracked.stamp, update.stamp)
+    assert update.predicted is is_measured
+    assert parts.asked('ExpectedMotion', 'is_measured') == [(tracked.stamp, update.stamp)]
 
 
 def test_the_first_attempt_that_succeeds_is_the_last_one(parts, two, attempt_to):

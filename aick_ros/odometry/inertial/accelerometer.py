@@ -17,10 +17,11 @@ class Accelerometer:
 
     :param gravity: velocity, gravity and bias there.
     :param gyroscope: rotation since then.
+    :param speed_sigma: standard deviation of a velocity that is not known, along an axis [m/s].
     """
 
-    def __init__(self, gravity: Gravity, gyroscope: Gyroscope) -> None:
-        self._gravity, self._gyroscope = gravity, gyroscope
+    def __init__(self, gravity: Gravity, gyroscope: Gyroscope, speed_sigma: float) -> None:
+        self._gravity, self._gyroscope, self._speed_sigma = gravity, gyroscope, speed_sigma
         self._displacement: Displacement | None = None
         self._start = self._end = 0  # of the term known [ns]
         self._term: MotionTerm | None = None
@@ -34,9 +35,15 @@ class Accelerometer:
         if start != self._gravity.stamp or end <= start:
             return None
         if start != self._start or end < self._end:
-            self._displacement = self._gravity.displacement(self._gyroscope)
+            self._displacement = self._gravity.displacement(
+                self._gyroscope, self._speed_sigma)
             self._start, self._end = start, start
         if end != self._end:
             self._term = None if self._displacement is None else self._displacement.term(end)
             self._end = end
         return self._term
+
+    def knows(self, start: int, end: int) -> bool:
+        """Return whether it has measured the displacement between two stamps, to some dm."""
+        return (self.term(start, end) is not None
+                and self._displacement is not None and self._displacement.is_followed)

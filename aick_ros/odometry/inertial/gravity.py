@@ -135,14 +135,18 @@ class Gravity:
         known = self._filter
         return None if known is None else self._last.rotation.T @ known.up.vector
 
-    def displacement(self, gyroscope: Gyroscope) -> Displacement | None:
-        """Return what follows the camera from the last frame on; None: nothing is known there."""
+    def displacement(self, gyroscope: Gyroscope, speed_sigma: float) -> Displacement | None:
+        """
+        Return what follows the camera from the last frame on; None: nothing is known there.
+
+        Parameters are as for :class:`Displacement`.
+        """
         if self._stamp is None or self._filter is None or self._is_doubted:
             return None
         known = self._filter.copy()
         return Displacement(LastMeasured(
             self._stamp, known, self._last, self._offset + round(known.time_offset * NANOSECONDS),
-            self._T_camera_imu[:3, 3].copy()), self._forces, gyroscope)
+            self._T_camera_imu[:3, 3].copy()), self._forces, gyroscope, speed_sigma)
 
     @property
     def complaint(self) -> str:

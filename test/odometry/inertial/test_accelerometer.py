@@ -15,17 +15,20 @@ class Played:
         self.stamp, self.is_known = 100, True
         self.begun, self.asked = [], []
 
-    def displacement(self, gyroscope):
-        self.begun.append((self.stamp, gyroscope))
+    def displacement(self, gyroscope, speed):
+        self.begun.append((self.stamp, gyroscope, speed))
         return Follower(self) if self.is_known else None
 
 
 class Follower:
+    """Follows the camera up to the stamp 120."""
+
     def __init__(self, played):
-        self._played, self._start = played, played.stamp
+        self._played, self._start, self.is_followed = played, played.stamp, True
 
     def term(self, end):
         self._played.asked.append(end)
+        self.is_followed = end <= 120
         return self._start, end
 
 
@@ -36,13 +39,13 @@ def played():
 
 @pytest.fixture
 def accelerometer(played):
-    return Accelerometer(played, played)
+    return Accelerometer(played, played, 0.7)
 
 
 def test_it_follows_from_the_last_frame_once(played, accelerometer):
     assert [accelerometer.term(100, end) for end in (110, 110, 120)] == [
         (100, 110), (100, 110), (100, 120)]
-    assert played.begun == [(100, played)] and played.asked == [110, 120]
+    assert played.begun == [(100, played, 0.7)] and played.asked == [110, 120]
 
 
 def test_from_each_frame_that_is_measured_it_begins_anew(played, accelerometer):
@@ -69,3 +72,9 @@ def test_where_gravity_is_not_known_nothing_is(played, accelerometer):
     assert accelerometer.term(100, 110) is None
     played.stamp = None
     assert accelerometer.term(100, 120) is None
+
+
+@pytest.mark.parametrize('start, end, known', [
+    (100, 120, True), (100, 121, False), (90, 110, False)])
+def test_it_knows_what_it_follows(accelerometer, start, end, known):
+    assert accelerometer.knows(start, end) is known

@@ -26,6 +26,7 @@ SIGMAS = np.repeat([0.01, 0.03, 0.02], 3)  # of velocity, gravity and bias [m/s,
 TILT = 0.002  # rad; standard deviation of the orientation about each axis
 PLACE = np.array([0.04, -0.02, 0.03])  # of the accelerometer in the camera [m]
 EXACT = SensorNoise(0.0, 0.0, np.inf, 0.0)
+SPEED = 0.7  # m/s
 AXES = se3.exp_rotation([0.3, -0.8, 1.1])  # of the world in those of the estimate
 
 
@@ -82,17 +83,17 @@ def truth(end):
 
 @pytest.mark.parametrize('end', [1, 20, 33, 400, 1000])
 def test_without_errors_it_is_the_true_one(end):
-    term = Displacement(last_measured(), forces(), Exact()).term(START + end * MS)
+    term = Displacement(last_measured(), forces(), Exact(), SPEED).term(START + end * MS)
     np.testing.assert_allclose(term.T_target_source[:3, 3], truth(START + end * MS), atol=5e-4)
     np.testing.assert_allclose(term.rows, np.eye(3, 6))
 
 
 def test_frames_on_the_way_change_nothing():
     """Each interval is followed once."""
-    follows = Displacement(last_measured(), forces(), Exact())
+    follows = Displacement(last_measured(), forces(), Exact(), SPEED)
     for end in (33, 67, 100, 100, 400):
         by_frames = follows.term(START + end * MS)
-    at_once = Displacement(last_measured(), forces(), Exact()).term(START + 400 * MS)
+    at_once = Displacement(last_measured(), forces(), Exact(), SPEED).term(START + 400 * MS)
     np.testing.assert_allclose(by_frames.T_target_source[:3, 3], at_once.T_target_source[:3, 3],
                                atol=1e-4)
     np.testing.assert_allclose(by_frames.covariance, at_once.covariance, rtol=1e-3)
@@ -109,7 +110,7 @@ def with_errors(seed):
     estimate.values[3:12] += SIGMAS * rng.standard_normal(9)
     noise = SensorNoise(np.hypot(SETTINGS.accelerometer_noise, 0.02), 0.0, np.inf, 0.0)
     return Displacement(dataclasses.replace(
-        true, estimate=estimate, pose=tilted), forces(noise, seed), Exact())
+        true, estimate=estimate, pose=tilted), forces(noise, seed), Exact(), SPEED)
 
 
 @pytest.mark.parametrize('end', [33, 300, 1000])
@@ -128,9 +129,9 @@ def test_an_uncertain_place_of_the_accelerometer_counts_as_the_camera_turns():
     estimate.values[12:15] = PLACE
     estimate.covariance[range(12, 15), range(12, 15)] = 0.05 ** 2
     end = START + 500 * MS
-    known = Displacement(last_measured(), forces(), Exact()).term(end)
+    known = Displacement(last_measured(), forces(), Exact(), SPEED).term(end)
     found = Displacement(last_measured(estimate=estimate, position=np.zeros(3)), forces(),
-                         Exact()).term(end)
+                         Exact(), SPEED).term(end)
     np.testing.assert_allclose(found.T_target_source[:3, 3], known.T_target_source[:3, 3],
                                atol=1e-12)
     turned = Exact().rotation(START, end) - np.eye(3)
@@ -139,7 +140,7 @@ def test_an_uncertain_place_of_the_accelerometer_counts_as_the_camera_turns():
 
 
 def test_forces_are_those_of_their_own_clock():
-    late = Displacement(last_measured(offset=7 * MS), forces(offset=7 * MS), Exact())
+    late = Displacement(last_measured(offset=7 * MS), forces(offset=7 * MS), Exact(), SPEED)
     end = START + 300 * MS
     np.testing.assert_allclose(late.term(end).T_target_source[:3, 3], truth(end), atol=3e-4)
 
@@ -150,7 +151,7 @@ def test_it_waits_for_samples(arrived, known):
     every, some, end = forces(), ForceIntegral(), START + 300 * MS
     count = every._stamps.searchsorted(arrived)
     some.add(every._stamps[:count], every._forces[:count])
-    follows = Displacement(last_measured(), some, Exact())
+    follows = Displacement(last_measured(), some, Exact(), SPEED)
     assert (follows.term(end) is not None) is known
     some.add(every._stamps[count:], every._forces[count:])
     np.testing.assert_allclose(follows.term(end).T_target_source[:3, 3], truth(end), atol=1e-3)
@@ -160,10 +161,28 @@ def test_it_waits_for_samples(arrived, known):
 def test_without_a_gyroscope_it_is_not_known(unknown):
     gyroscope = Exact()
     setattr(gyroscope, unknown, lambda start, end: None)
-    assert Displacement(last_measured(), forces(), gyroscope).term(START + 33 * MS) is None
+    assert Displacement(last_measured(), forces(), gyroscope, SPEED).term(START + 33 * MS) is None
 
 
 def test_nothing_is_known_of_what_is_before():
-    follows = Displacement(last_measured(), forces(), Exact())
+    follows = Displacement(last_measured(), forces(), Exact(), SPEED)
     assert follows.term(START + 100 * MS) is not None
     assert follows.term(START + 33 * MS) is None
+
+
+def test_it_is_followed_until_it_is_not_known_any_more():
+    """Then it stays, and a camera that moves as it may is somewhere beside."""
+    last = last_measured()
+    last.estimate.covariance *= 100
+    follows, before = Displacement(last, forces(), Exact(), SPEED), None
+    for end in range(100, 1500, 100):
+        term = follows.term(START + end * MS)
+        if not follows.is_followed:
+            break
+        before = term
+    sigmas = [np.sqrt(np.linalg.eigvalsh(each.covariance)[-1]) for each in (before, term)]
+    assert sigmas[0] < 0.3 < sigmas[1]
+    later = follows.term(START + end * MS + NANOSECONDS)
+    np.testing.assert_array_equal(later.T_target_source, term.T_target_source)
+    np.testing.assert_allclose(later.covariance - term.covariance, SPEED ** 2 * np.eye(3),
+                               atol=1e-12)
