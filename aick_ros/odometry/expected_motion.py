@@ -27,6 +27,8 @@ from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings
 
+_AT_REST = PoseWithCovariance.identity()
+
 
 class ExpectedMotion:
     """
@@ -56,6 +58,11 @@ class ExpectedMotion:
         """Return whether another sensor has measured the motion between two stamps [ns]."""
         return (self._other.motion(start, end) is not None
                 or self._accelerometer.knows(start, end))
+
+    def is_moving(self, start: int, end: int) -> bool:
+        """Return whether an IMU has measured more than noise between two stamps [ns]."""
+        terms = self._gyroscope.term(start, end), self._accelerometer.term(start, end)
+        return any(term is not None and not term.added_to(_AT_REST).is_of_noise for term in terms)
 
     def between(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance:
         """

@@ -245,7 +245,7 @@ class Odometry:
     def _repeat(self, frame: RgbdFrame, last: Reference) -> OdometryUpdate | None:
         """Return the update of a frame whose images repeat; None if they show a camera at rest."""
         since = self._order.unchanged_since(frame.stamp)
-        if self._repeated.show_rest(since, frame.stamp, self._velocity):
+        if self._repeated.show_rest(since, frame.stamp, self._velocity, last.stamp):
             return None
         self._order.advance(frame.stamp, is_new=False)
         return self._hold(repeated(last.prepared, frame), last,

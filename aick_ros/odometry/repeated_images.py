@@ -32,13 +32,15 @@ class RepeatedImages:
                  other: OtherOdometry) -> None:
         self._motion_model, self._expected, self._other = motion_model, expected, other
 
-    def show_rest(self, start: int, end: int, velocity: Velocity) -> bool:
+    def show_rest(self, start: int, end: int, velocity: Velocity, last: int) -> bool:
         """
         Return whether the camera is at rest where images do not change between two stamps [ns].
 
         :param velocity: before that.
+        :param last: stamp of the last frame whose pose was measured [ns].
         """
-        if seconds(start, end) <= self._motion_model.time_to_rest(velocity.twist):
+        if (seconds(start, end) <= self._motion_model.time_to_rest(velocity.twist)
+                or self._expected.is_moving(start, end) or self._expected.is_moving(last, end)):
             return False
         moved = self._other.motion(start, end)
         return moved is None or self._other.is_at_rest(moved)
@@ -47,7 +49,7 @@ class RepeatedImages:
         """Return the motion that is expected between two stamps [ns], from a velocity on."""
         elapsed = seconds(start, end)
         motion = self._expected.without_images(start, end, velocity.twist)
-        if self._other.motion(start, end) is None:
+        if not self._expected.is_measured(start, end):
             motion = motion.with_covariance(
                 motion.covariance + elapsed ** 2 * velocity.covariance)
         return Increment(motion, elapsed)

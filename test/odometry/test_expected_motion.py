@@ -150,6 +150,16 @@ def test_a_motion_is_measured_by_wheels_or_an_accelerometer(wheels, shift, measu
     assert expected(wheels=wheels, shifts=Shifts(shift)).is_measured(0, STEP) is measured
 
 
+@pytest.mark.parametrize('turn, shift, is_moving', [
+    (None, None, False), (0.003, None, False), (0.006, None, True), (None, 0.001, False),
+    (None, 0.002, True), (0.003, 0.001, False)])
+def test_an_imu_moves_by_more_than_its_noise(turn, shift, is_moving):
+    """Three values exceed 16.3 times their variances once in a thousand times."""
+    turns = None if turn is None else se3.exp([0, 0, 0, turn, 0, 0])
+    shifts = None if shift is None else se3.exp([shift, 0, 0, 0, 0, 0])
+    assert expected(Turns(turns), MOTION, shifts=Shifts(shifts)).is_moving(0, STEP) is is_moving
+
+
 def test_a_displacement_is_no_term_of_what_the_images_show():
     """It continues a velocity that the images before have shown, which would count again."""
     shifts = Shifts(SHIFTED)

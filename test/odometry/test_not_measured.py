@@ -43,20 +43,20 @@ def last_pose(parts):
     return parts.asked('KeyframeChoice', 'advance')[-1][1].pose
 
 
-@pytest.mark.parametrize('by_wheels', [None, se3.exp([0.1, 0, 0, 0, 0, 0])])
-def test_a_repeated_image_moves_on_from_the_last_pose_of_an_image(parts, two, by_wheels):
+@pytest.mark.parametrize('is_measured', [False, True])
+def test_a_repeated_image_moves_on_from_the_last_pose_of_an_image(parts, two, is_measured):
     """Without another sensor with the error of the velocity, too: its variance by the time^2."""
     one, tracked = two
-    parts.by_wheels = by_wheels
+    parts.answers['ExpectedMotion', 'is_measured'] = is_measured
     update = one.take(0.3, images=0.1)
     assert (update.status, update.reason) == (Status.REPEATED, 'unchanged for 0.20 s')
     assert parts.asked('ExpectedMotion', 'without_images')[-1][:2] == (
         tracked.stamp, update.stamp)
     np.testing.assert_allclose(parts.asked('ExpectedMotion', 'without_images')[-1][2],
                                tracked.increment.twist)
-    assert set(parts.asked('OtherOdometry', 'motion')) == {(tracked.stamp, update.stamp)}
+    assert set(parts.asked('ExpectedMotion', 'is_measured')) == {(tracked.stamp, update.stamp)}
     covariance = parts.expected.covariance
-    if by_wheels is None:
+    if not is_measured:
         covariance = covariance + (0.2 / 0.1) ** 2 * tracked.increment.pose.covariance
     motion = PoseWithCovariance(parts.expected.matrix, covariance)
     assert_same(update.expected.pose, motion)
@@ -110,6 +110,17 @@ def test_another_sensor_knows_whether_images_that_do_not_change_are_rest(
     assert (tracked.stamp, update.stamp) in parts.asked('OtherOdometry', 'motion')
     (motion,), = parts.asked('OtherOdometry', 'is_at_rest')
     assert motion is parts.by_wheels
+
+
+@pytest.mark.parametrize('since', ['the first', 'the last'])
+def test_images_that_do_not_change_are_no_rest_of_a_camera_that_an_imu_moves(parts, two, since):
+    """It is asked for the whole time without a change, and since the last pose."""
+    one, tracked = two
+    rest = one.take(0.4, images=0.1)
+    assert rest.status is Status.OK
+    stamp = tracked.stamp if since == 'the first' else rest.stamp
+    parts.answers['ExpectedMotion', 'is_moving'] = lambda start, end: start == stamp
+    assert one.take(0.45, images=0.1).status is Status.REPEATED
 
 
 @pytest.mark.parametrize('seconds, status', [
