@@ -86,6 +86,8 @@ class Odometry:
         self._gyroscope = Gyroscope(settings.imu, settings.odometry)
         self._other = OtherOdometry(settings.odometry)
         self._path = Path(settings, self._gyroscope.rotation)
+        self._accelerometer = Accelerometer(self._path.gravity, self._gyroscope,
+                                            settings.odometry)
         self._tracking = Tracking()
         self._refinements = 0  # of the registrar, before this frame
         self._apply(settings, Registrar(settings, self._times, self._learned, detector))
@@ -106,12 +108,12 @@ class Odometry:
         self._settings = settings
         self._registrar = registrar
         self._gyroscope.configure(settings.imu, settings.odometry)
+        self._accelerometer.configure(settings.odometry)
         self._other.configure(settings.odometry)
         self._path.configure(settings, registrar)
         self._motion_model = MotionModel(settings.odometry)
-        self._expected = ExpectedMotion(
-            settings.odometry, self._gyroscope, self._other, Accelerometer(
-                self._path.gravity, self._gyroscope, self._motion_model.unknown_speed))
+        self._expected = ExpectedMotion(settings.odometry, self._gyroscope, self._other,
+                                        self._accelerometer)
         self._attempts = Attempts(settings, registrar, self._expected)
         self._increments = Increments(self._expected, self._motion_model,
                                       self._learned.misalignment, self._increment_bias,
@@ -139,6 +141,7 @@ class Odometry:
         self._velocity = Velocity()
         self._references: References | None = None
         self._gyroscope.restart()
+        self._accelerometer.restart()
         self._keyframes.begin()
         self._tracking.restart()
 
@@ -354,6 +357,8 @@ class Odometry:
         self._keyframes.advance(references, last, attempt)
         self._path.track(prepared.stamp, reference.pose, registration.pose, references.keyframe,
                          detour, interval, effort)
+        if not registration.is_by_depth:
+            self._accelerometer.learn(prepared.stamp, last.pose.matrix)
         registered_to = self._registrar.prepared_like(reference.prepared, prepared)
         return self._update(
             prepared, Status.OK, registration.reason, increment=increment, recovered=recovered,

@@ -201,7 +201,7 @@ def parts(monkeypatch, calibrated):
     """Return the parts of the odometries that a test makes, of images known to be registered."""
     parts = Parts()
     for module, names in {
-            'odometry': ('Registrar', 'Gyroscope', 'OtherOdometry', 'MotionModel',
+            'odometry': ('Registrar', 'Gyroscope', 'Accelerometer', 'OtherOdometry', 'MotionModel',
                          'ExpectedMotion', 'Attempts', 'KeyframeChoice'),
             'path': ('Gravity', 'Plane', 'PositionFilter', 'KeyframeMemory')}.items():
         for name in names:

@@ -83,7 +83,7 @@ def attempts_by(registrar):
     settings = Settings()
     gyroscope = Gyroscope(settings.imu, settings.odometry)
     expected = ExpectedMotion(settings.odometry, gyroscope, OtherOdometry(settings.odometry),
-                              Accelerometer(Gravity(settings.imu), gyroscope, 1.0))
+                              Accelerometer(Gravity(settings.imu), gyroscope, settings.odometry))
     return Attempts(settings, registrar, expected)
 
 

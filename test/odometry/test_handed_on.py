@@ -240,9 +240,19 @@ def test_the_gyroscope_learns_from_what_the_images_alone_show(parts, tracked, at
     assert_same(seen, parts.attempt.seen.pose)
 
 
-def test_by_depth_alone_the_gyroscope_and_the_filter_learn_nothing(parts, tracked, attempt_to):
+def test_the_accelerometer_learns_from_poses_that_gravity_knows(parts, tracked, attempt_to):
+    one, update = tracked(attempt_to(), attempt_to('last'))
+    questions = [(part, method) for part, method, _ in parts.log]
+    assert questions.index(('Gravity', 'update')) < questions.index(('Accelerometer', 'learn'))
+    stamp, pose = parts.asked('Accelerometer', 'learn')[-1]
+    assert stamp == update.stamp
+    np.testing.assert_array_equal(pose, one.odometry._references.last.pose.matrix)
+
+
+def test_by_depth_alone_no_sensor_and_no_filter_learns(parts, tracked, attempt_to):
     _, update = tracked(attempt_to(evidence=DARK))
     assert parts.asked('Gyroscope', 'learn') == parts.asked('PositionFilter', 'update') == []
+    assert parts.asked('Accelerometer', 'learn') == []
     np.testing.assert_array_equal(update.prepared.twist[3:], parts.rate)
     np.testing.assert_allclose(update.prepared.twist[:3], update.increment.twist[:3])
 

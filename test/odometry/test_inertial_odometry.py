@@ -30,7 +30,7 @@ from aick_ros.sources import open_source
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.imu import IMU_MODELS, ImuModel, SensorNoise, imu_samples
 
-COUNT, DARK = 22, range(16, 22)
+COUNT, DARK = 27, range(21, 27)
 TURN_RATE = np.array([0.0, 0.0, 1.5])  # rad/s, about the world's z, once it is dark
 SMALL = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
 TINY = Camera(12, 10, 10.0, 10.0, 5.5, 4.5)

@@ -40,7 +40,7 @@ def other():
 def expected(other):
     gyroscope = Gyroscope(ImuSettings(), SETTINGS)
     return ExpectedMotion(SETTINGS, gyroscope, other,
-                          Accelerometer(Gravity(ImuSettings()), gyroscope, 1.0))
+                          Accelerometer(Gravity(ImuSettings()), gyroscope, SETTINGS))
 
 
 def seen(motion, sigma):

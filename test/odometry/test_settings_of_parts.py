@@ -70,10 +70,8 @@ def test_parts_that_use_others_get_the_new_ones(parts, changed):
         assert isinstance(times, StageTimes) and isinstance(learned, Learned)
         assert detector is None
     registrar = odometry._registrar
-    *made_with, accelerometer = parts.arguments('ExpectedMotion')[-1]
-    assert made_with == [OTHER.odometry, odometry._gyroscope, odometry._other]
-    assert (accelerometer._gravity, accelerometer._gyroscope) == (
-        odometry.gravity, odometry._gyroscope)
+    assert parts.arguments('ExpectedMotion')[-1] == (
+        OTHER.odometry, odometry._gyroscope, odometry._other, odometry._accelerometer)
     assert parts.arguments('Attempts')[-1] == (OTHER, registrar, odometry._expected)
     assert parts.arguments('KeyframeChoice')[-1] == (OTHER, registrar)
     assert parts.asked('KeyframeMemory', 'configure') == [(OTHER, registrar)]

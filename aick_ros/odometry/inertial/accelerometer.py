@@ -1,30 +1,64 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The accelerometer as a sensor of motions from the last frame whose pose was measured."""
+"""The accelerometer as a sensor of motions, as long as the camera confirms it."""
 
 from __future__ import annotations
 
+import numpy as np
+
+from aick_ros.geometry import definite, se3
+from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry.inertial.displacement import Displacement
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
+from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.motion_term import MotionTerm
+from aick_ros.settings import OdometrySettings
+
+_COMPARED = 0.5, 1.0
+"""Shortest and longest time of a displacement that is compared with the camera [s].
+
+Chosen: errors of scale and axes, which matter in darkness, exceed those of the camera by then."""
+
+_MEMORY = 10  # comparisons; chosen: some seconds
+_LARGEST = 100.0  # squared distance of one by its degrees of freedom; chosen: a sigma of ten
 
 
 class Accelerometer:
     """
     Measures how far the camera has moved since the last frame whose pose was measured.
 
-    :param gravity: velocity, gravity and bias there.
+    It is used once the camera has confirmed a displacement. The gravity filter knows nothing of
+    errors of the axes and of their scale, nor of vibrations: by how much displacements err more
+    than it says is measured.
+
+    :param gravity: velocity, gravity and bias at that frame.
     :param gyroscope: rotation since then.
-    :param speed_sigma: standard deviation of a velocity that is not known, along an axis [m/s].
+    :param settings: limits of the motion, once it is not measured any more.
     """
 
-    def __init__(self, gravity: Gravity, gyroscope: Gyroscope, speed_sigma: float) -> None:
-        self._gravity, self._gyroscope, self._speed_sigma = gravity, gyroscope, speed_sigma
+    def __init__(self, gravity: Gravity, gyroscope: Gyroscope, settings: OdometrySettings) -> None:
+        self._gravity, self._gyroscope = gravity, gyroscope
+        self._count, self._mean = 0, 0.0  # of the squared distances, by degrees of freedom
+        self.configure(settings)
+
+    def configure(self, settings: OdometrySettings) -> None:
+        """Continue with other settings; what was learned is kept."""
+        self._speed_sigma = MotionModel(settings).unknown_speed
+        self.restart()
+
+    def restart(self) -> None:
+        """Continue with frames that are measured anew; what was learned is kept."""
         self._displacement: Displacement | None = None
         self._start = self._end = 0  # of the term known [ns]
         self._term: MotionTerm | None = None
+        self._compared: tuple[int, np.ndarray, Displacement] | None = None
+
+    @property
+    def factor(self) -> float:
+        """Variance of a displacement, as a ratio to what the gravity filter says, at least 1."""
+        return max(self._mean, 1.0)
 
     def term(self, start: int, end: int) -> MotionTerm | None:
         """
@@ -32,11 +66,11 @@ class Accelerometer:
 
         It is where the first one is that of the last frame whose pose was measured.
         """
-        if start != self._gravity.stamp or end <= start:
+        if start != self._gravity.stamp or end <= start or not self._count:
             return None
         if start != self._start or end < self._end:
             self._displacement = self._gravity.displacement(
-                self._gyroscope, self._speed_sigma)
+                self._gyroscope, self._speed_sigma, self.factor)
             self._start, self._end = start, start
         if end != self._end:
             self._term = None if self._displacement is None else self._displacement.term(end)
@@ -47,3 +81,31 @@ class Accelerometer:
         """Return whether it has measured the displacement between two stamps, to some dm."""
         return (self.term(start, end) is not None
                 and self._displacement is not None and self._displacement.is_followed)
+
+    def learn(self, stamp: int, T_reckoned_camera: np.ndarray) -> None:
+        """
+        Compare a displacement with the one that was measured by keypoints.
+
+        :param stamp: of the last frame whose pose was measured [ns].
+        :param T_reckoned_camera: that pose by dead reckoning, 4x4.
+        """
+        if self._compared is not None:
+            start, T_reckoned_start, followed = self._compared
+            shortest, longest = _COMPARED
+            elapsed = seconds(start, stamp)
+            if 0.0 < elapsed < shortest:
+                return
+            if shortest <= elapsed <= longest:
+                self._note(followed.term(stamp), se3.inverse(T_reckoned_start) @ T_reckoned_camera)
+        displacement = self._gravity.displacement(self._gyroscope, self._speed_sigma, 1.0)
+        self._compared = None if displacement is None or stamp != self._gravity.stamp else (
+            stamp, T_reckoned_camera, displacement)
+
+    def _note(self, term: MotionTerm | None, seen: np.ndarray) -> None:
+        """Note a displacement that the camera has measured, 4x4."""
+        if term is None:
+            return
+        error = term.T_target_source[:3, 3] - seen[:3, 3]
+        distance = float(error @ definite.solve(term.covariance, error)) / len(error)
+        self._count = min(self._count + 1, _MEMORY)
+        self._mean += (min(distance, _LARGEST) - self._mean) / self._count

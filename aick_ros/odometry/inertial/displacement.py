@@ -63,12 +63,13 @@ class Displacement:
     :param forces: of the accelerometer.
     :param gyroscope: rotation since then.
     :param speed_sigma: standard deviation of a velocity that is not known, along an axis [m/s].
+    :param factor: variance of a displacement, as a ratio to what the filter says.
     """
 
     def __init__(self, last: LastMeasured, forces: ForceIntegral, gyroscope: Gyroscope,
-                 speed_sigma: float) -> None:
+                 speed_sigma: float, factor: float = 1.0) -> None:
         self._last, self._forces, self._gyroscope = last, forces, gyroscope
-        self._speed_sigma = speed_sigma
+        self._speed_sigma, self._factor = speed_sigma, factor
         self._estimate = last.estimate
         self._estimate.set_origin()
         self._stamp, self._rotation = last.stamp, last.pose.rotation
@@ -108,7 +109,7 @@ class Displacement:
         motion = np.eye(4)
         motion[:3, :3] = turn.T_target_source[:3, :3]
         motion[:3, 3] = to_camera @ (shift - arm @ self._last.position)
-        return MotionTerm(motion, POSITION, to_camera @ (
+        return MotionTerm(motion, POSITION, self._factor * to_camera @ (
             covariance + self._by_tilt(turn.covariance, seconds(self._last.stamp, end))
         ) @ to_camera.T)
 

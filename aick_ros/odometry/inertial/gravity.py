@@ -135,7 +135,8 @@ class Gravity:
         known = self._filter
         return None if known is None else self._last.rotation.T @ known.up.vector
 
-    def displacement(self, gyroscope: Gyroscope, speed_sigma: float) -> Displacement | None:
+    def displacement(self, gyroscope: Gyroscope, speed_sigma: float,
+                     factor: float) -> Displacement | None:
         """
         Return what follows the camera from the last frame on; None: nothing is known there.
 
@@ -146,7 +147,8 @@ class Gravity:
         known = self._filter.copy()
         return Displacement(LastMeasured(
             self._stamp, known, self._last, self._offset + round(known.time_offset * NANOSECONDS),
-            self._T_camera_imu[:3, 3].copy()), self._forces, gyroscope, speed_sigma)
+            self._T_camera_imu[:3, 3].copy()), self._forces, gyroscope, speed_sigma,
+            factor)
 
     @property
     def complaint(self) -> str:

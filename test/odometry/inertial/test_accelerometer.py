@@ -1,35 +1,49 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""When an accelerometer follows the camera, and from where."""
+"""When an accelerometer follows the camera, from where, and how exact it is said to be."""
 
+import numpy as np
 import pytest
 
+from aick_ros.geometry import se3
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.inertial.accelerometer import Accelerometer
+from aick_ros.odometry.motion_model import MotionModel
+from aick_ros.odometry.motion_term import POSITION, MotionTerm
+from aick_ros.settings import OdometrySettings
+
+SETTINGS, OTHERS = OdometrySettings(), OdometrySettings(max_speed=0.9)
+SPEED = MotionModel(SETTINGS).unknown_speed
+MS = NANOSECONDS // 1000
+SIGMA = 0.01  # m
 
 
 class Played:
-    """Gravity and a gyroscope, and what follows the camera by them."""
+    """Gravity and a gyroscope, and what follows the camera by them, along x by 1 m/s."""
 
     def __init__(self):
-        self.stamp, self.is_known = 100, True
-        self.begun, self.asked = [], []
+        self.stamp, self.is_known, self.begun, self.asked = 100 * MS, True, [], []
 
-    def displacement(self, gyroscope, speed):
-        self.begun.append((self.stamp, gyroscope, speed))
-        return Follower(self) if self.is_known else None
+    def displacement(self, gyroscope, speed, factor):
+        assert gyroscope is self
+        self.begun.append((self.stamp, speed, factor))
+        return Follower(self, factor) if self.is_known else None
 
 
 class Follower:
-    """Follows the camera up to the stamp 120."""
+    """Follows the camera for two seconds."""
 
-    def __init__(self, played):
-        self._played, self._start, self.is_followed = played, played.stamp, True
+    def __init__(self, played, factor):
+        self._played, self._start, self._factor = played, played.stamp, factor
+        self.is_followed = True
 
     def term(self, end):
         self._played.asked.append(end)
-        self.is_followed = end <= 120
-        return self._start, end
+        elapsed = (end - self._start) / NANOSECONDS
+        self.is_followed = elapsed <= 2.0
+        return MotionTerm(se3.exp([elapsed, 0, 0, 0, 0, 0]), POSITION,
+                          self._factor * SIGMA ** 2 * np.eye(3))
 
 
 @pytest.fixture
@@ -39,42 +53,110 @@ def played():
 
 @pytest.fixture
 def accelerometer(played):
-    return Accelerometer(played, played, 0.7)
+    return Accelerometer(played, played, SETTINGS)
+
+
+def seen(played, accelerometer, off=0.0, count=1, interval=500):
+    """Let the camera measure displacements that differ by so many standard deviations."""
+    for index in range(count + 1):
+        pose = se3.exp([1e-3 * interval * index + off * SIGMA * (index % 2), 0, 0, 0, 0, 0])
+        accelerometer.learn(played.stamp, pose)
+        played.stamp += interval * MS * (index < count)
+    played.begun.clear(), played.asked.clear()
+
+
+def x_of(term):
+    return None if term is None else term.T_target_source[0, 3]
 
 
 def test_it_follows_from_the_last_frame_once(played, accelerometer):
-    assert [accelerometer.term(100, end) for end in (110, 110, 120)] == [
-        (100, 110), (100, 110), (100, 120)]
-    assert played.begun == [(100, played, 0.7)] and played.asked == [110, 120]
+    seen(played, accelerometer)
+    start = played.stamp
+    assert [x_of(accelerometer.term(start, start + end * MS)) for end in (10, 10, 20)] == (
+        pytest.approx([0.01, 0.01, 0.02]))
+    assert played.begun == [(start, SPEED, 1.0)]
+    assert played.asked == [start + 10 * MS, start + 20 * MS]
 
 
 def test_from_each_frame_that_is_measured_it_begins_anew(played, accelerometer):
-    accelerometer.term(100, 110)
-    played.stamp = 110
-    assert accelerometer.term(110, 120) == (110, 120)
+    seen(played, accelerometer)
+    accelerometer.term(played.stamp, played.stamp + 30 * MS)
+    played.stamp += 10 * MS
+    assert x_of(accelerometer.term(played.stamp, played.stamp + 20 * MS)) == pytest.approx(0.02)
     assert len(played.begun) == 2
 
 
 def test_a_stamp_before_the_one_asked_last_is_followed_anew(played, accelerometer):
-    accelerometer.term(100, 120)
-    assert accelerometer.term(100, 110) == (100, 110)
+    seen(played, accelerometer)
+    accelerometer.term(played.stamp, played.stamp + 20 * MS)
+    assert x_of(accelerometer.term(played.stamp, played.stamp + 10 * MS)) == pytest.approx(0.01)
     assert len(played.begun) == 2
 
 
-@pytest.mark.parametrize('start, end', [(90, 110), (105, 110), (100, 100), (100, 90)])
+@pytest.mark.parametrize('start, end', [(-10, 10), (5, 10), (0, 0), (0, -10)])
 def test_of_another_interval_nothing_is_known(played, accelerometer, start, end):
-    assert accelerometer.term(start, end) is None
+    seen(played, accelerometer)
+    assert accelerometer.term(played.stamp + start * MS, played.stamp + end * MS) is None
     assert played.begun == []
 
 
 def test_where_gravity_is_not_known_nothing_is(played, accelerometer):
+    seen(played, accelerometer)
     played.is_known = False
-    assert accelerometer.term(100, 110) is None
-    played.stamp = None
-    assert accelerometer.term(100, 120) is None
+    assert accelerometer.term(played.stamp, played.stamp + MS) is None
+    start, played.stamp = played.stamp, None
+    assert accelerometer.term(start, start + 2 * MS) is None
 
 
 @pytest.mark.parametrize('start, end, known', [
-    (100, 120, True), (100, 121, False), (90, 110, False)])
-def test_it_knows_what_it_follows(accelerometer, start, end, known):
-    assert accelerometer.knows(start, end) is known
+    (0, 2000, True), (0, 2001, False), (-10, 10, False)])
+def test_it_knows_what_it_follows(played, accelerometer, start, end, known):
+    seen(played, accelerometer)
+    assert accelerometer.knows(played.stamp + start * MS, played.stamp + end * MS) is known
+
+
+@pytest.mark.parametrize('interval, used', [(500, True), (1000, True), (1001, False)])
+def test_it_is_used_once_the_camera_has_measured_a_displacement(
+        played, accelerometer, interval, used):
+    """Of half a second or more; what is longer was a loss."""
+    for elapsed in (0, interval // 2 - 1, interval):
+        assert not accelerometer.knows(played.stamp, played.stamp + MS)
+        played.stamp = (100 + elapsed) * MS
+        accelerometer.learn(played.stamp, se3.exp([1e-3 * elapsed, 0, 0, 0, 0, 0]))
+    assert accelerometer.knows(played.stamp, played.stamp + MS) is used
+
+
+@pytest.mark.parametrize('off, factor', [(0.0, 1.0), (1.0, 1.0), (3.0, 3.0), (6.0, 12.0),
+                                         (30.0, 100.0)])
+def test_it_is_as_exact_as_it_was_lately(played, accelerometer, off, factor):
+    """Of three values, of which one is off: a third of its square; at least what is said."""
+    seen(played, accelerometer, off, count=40)
+    assert accelerometer.factor == pytest.approx(factor)
+    accelerometer.term(played.stamp, played.stamp + MS)
+    assert played.begun == [(played.stamp, SPEED, pytest.approx(factor))]
+
+
+def test_what_it_has_learned_is_a_mean_of_ten(played, accelerometer):
+    seen(played, accelerometer, 6.0)
+    assert accelerometer.factor == pytest.approx(12.0)
+    seen(played, accelerometer, 0.0)
+    assert accelerometer.factor == pytest.approx(6.0)
+    seen(played, accelerometer, 0.0, count=30)
+    assert accelerometer.factor == 1.0
+
+
+def test_other_settings_change_what_is_not_followed_and_a_restart_forgets_the_frame(
+        played, accelerometer):
+    seen(played, accelerometer, 6.0)
+    accelerometer.configure(OTHERS)
+    accelerometer.term(played.stamp, played.stamp + MS)
+    accelerometer.restart()
+    accelerometer.term(played.stamp, played.stamp + MS)
+    assert played.begun == 2 * [(played.stamp, pytest.approx(0.3), pytest.approx(12.0))]
+
+
+def test_what_is_not_known_is_not_compared(played, accelerometer):
+    played.is_known = False
+    seen(played, accelerometer, count=3)
+    played.is_known = True
+    assert not accelerometer.knows(played.stamp, played.stamp + MS)

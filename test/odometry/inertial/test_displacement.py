@@ -88,6 +88,13 @@ def test_without_errors_it_is_the_true_one(end):
     np.testing.assert_allclose(term.rows, np.eye(3, 6))
 
 
+def test_its_covariance_is_that_of_the_filter_by_a_factor():
+    once, thrice = (Displacement(last_measured(), forces(), Exact(), SPEED, *factor).term(
+        START + 400 * MS) for factor in ((), (9.0,)))
+    np.testing.assert_allclose(thrice.covariance, 9.0 * once.covariance)
+    np.testing.assert_array_equal(thrice.T_target_source, once.T_target_source)
+
+
 def test_frames_on_the_way_change_nothing():
     """Each interval is followed once."""
     follows = Displacement(last_measured(), forces(), Exact(), SPEED)
