@@ -8,7 +8,8 @@ What an IMU brings, with and without its gyroscope, and what a gyroscope that li
 
 Rendered rooms, 320x240 at 30 Hz, with a Kinect's noise and a BMI055: a handheld camera, for 5 s
 and for 20 s, in which the bias of the gyroscope becomes known; one that is shaken at up to
-300 deg/s with 10 ms of exposure; and one that turns by 90 deg in a second without light or depth.
+300 deg/s with 10 ms of exposure; one that turns by 90 deg in a second without light or depth; and
+one whose driver hangs for the last two of 5 s, so that its images do not change.
 Axes that are off are those that nobody has calibrated: with standard deviations, each measures 1 %
 of all three, and all are turned by 1 deg about each, beside the pose that is known of the IMU.
 """
@@ -39,6 +40,7 @@ from aick_ros.sources.synthetic.imu import IMU_MODELS
 CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
 SHAKE = np.radians([12.0, 14.0, 6.0]), np.array([3.0, 2.5, 2.8])  # amplitude, frequency [Hz]
 DARK = 3.0, 4.0  # s; the camera turns meanwhile
+FROZEN = 3.0  # s
 
 AXES = 0.01, np.radians(1.0)  # what an axis has of each [rad/rad]; turn of all about each [rad]
 
@@ -127,6 +129,14 @@ def in_the_dark(frames: Frames) -> Frames:
             if start < frame.stamp <= end else frame for frame in frames]
 
 
+def frozen(frames: Frames) -> Frames:
+    """Return frames whose images do not change from some time on, as of a driver that hangs."""
+    start = frames[0].stamp + round(NANOSECONDS * FROZEN)
+    last = max((frame for frame in frames if frame.stamp <= start), key=lambda frame: frame.stamp)
+    return [frame if frame.stamp <= start else dataclasses.replace(
+        frame, colour=last.colour, depth=last.depth) for frame in frames]
+
+
 def row(name: str, frames: Frames, truth: Trajectory) -> str:
     """Return the row of a Markdown table."""
     odometry, updates, named = Odometry(), [], ''
@@ -163,6 +173,9 @@ def rows(seed: int) -> Iterator[str]:
         yield row(f'{name}:{seed}, no gyroscope', with_rates(frames, not_measured), truth)
         yield row(f'{name}:{seed}, with it', frames, truth)
         yield row(f'{name}:{seed}, its axes off', with_wrong_axes(frames, seed), truth)
+    hanging = frozen(handheld[0])
+    yield row(f'frozen:{seed}, no IMU', without_imu(hanging), handheld[1])
+    yield row(f'frozen:{seed}, with it', hanging, handheld[1])
     frames, truth = rendered(seed, 600)
     yield row(f'handheld, 20 s:{seed}, no IMU', without_imu(frames), truth)
     yield row(f'handheld, 20 s:{seed}, with it', frames, truth)
