@@ -10,8 +10,9 @@ Rendered rooms, 320x240 at 30 Hz, with a Kinect's noise and a BMI055: a handheld
 and for 20 s, in which the bias of the gyroscope becomes known; one that is shaken at up to
 300 deg/s with 10 ms of exposure; one that turns by 90 deg in a second without light or depth; and
 one whose driver hangs for the last two of 5 s, so that its images do not change.
-Axes that are off are those that nobody has calibrated: with standard deviations, each measures 1 %
-of all three, and all are turned by 1 deg about each, beside the pose that is known of the IMU.
+Axes that are off are those that nobody has calibrated, of both sensors: with standard deviations,
+each measures 1 % of all three, and all are turned by 1 deg about each, beside the pose that is
+known of the IMU.
 """
 
 from __future__ import annotations
@@ -104,11 +105,16 @@ def with_rates(frames: Frames, change: Rates) -> Frames:
 
 
 def with_wrong_axes(frames: Frames, seed: int) -> Frames:
-    """Return frames whose turn rates are by axes that nobody has calibrated."""
+    """Return frames whose samples are by axes that nobody has calibrated."""
     rng = np.random.default_rng(seed)
-    matrix = np.eye(3) + AXES[0] * rng.standard_normal((3, 3))
-    matrix = matrix @ se3.exp_rotation(AXES[1] * rng.standard_normal(3))
-    return with_rates(frames, lambda rates: rates @ matrix.T)
+    errors = [np.eye(3) + AXES[0] * rng.standard_normal((3, 3)) for _ in range(2)]
+    turn = se3.exp_rotation(AXES[1] * rng.standard_normal(3))  # of the whole IMU
+    gyroscope, accelerometer = (error @ turn for error in errors)
+
+    def wrong(imu: ImuSamples) -> ImuSamples:
+        return dataclasses.replace(imu, turn_rates=imu.turn_rates @ gyroscope.T,
+                                   accelerations=imu.accelerations @ accelerometer.T)
+    return [dataclasses.replace(frame, imu=frame.imu and wrong(frame.imu)) for frame in frames]
 
 
 def not_measured(rates: np.ndarray) -> np.ndarray:

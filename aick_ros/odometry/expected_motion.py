@@ -28,6 +28,7 @@ from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings
 
 _AT_REST = PoseWithCovariance.identity()
+_SMALLEST_MOTION = 0.03  # m, rad; chosen: three times the smallest noise of other odometry
 
 
 class ExpectedMotion:
@@ -54,15 +55,29 @@ class ExpectedMotion:
         holds = twist is not None and self._motion_model.holds(seconds(start, end))
         return holds or any(True for _ in self._terms(start, end))
 
-    def is_measured(self, start: int, end: int) -> bool:
-        """Return whether another sensor has measured the motion between two stamps [ns]."""
-        return (self._other.motion(start, end) is not None
-                or self._accelerometer.knows(start, end))
+    def is_measured(self, start: int, end: int, twist: np.ndarray | None) -> bool:
+        """
+        Return whether another sensor has measured the motion of a camera that is not seen.
+
+        Parameters are as for :meth:`without_images`.
+        """
+        if self._other.motion(start, end) is not None:
+            return True
+        return self._accelerometer.knows(start, end) and self._agreed(
+            self._without_displacement(start, end, twist), start, end) is not None
 
     def is_moving(self, start: int, end: int) -> bool:
-        """Return whether an IMU has measured more than noise between two stamps [ns]."""
-        terms = self._gyroscope.term(start, end), self._accelerometer.term(start, end)
-        return any(term is not None and not term.added_to(_AT_REST).is_of_noise for term in terms)
+        """
+        Return whether an IMU has measured a motion between two stamps [ns].
+
+        It is more than its noise, of which a simulated one may have more than is known.
+        """
+        for term in (self._gyroscope.term(start, end), self._accelerometer.term(start, end)):
+            fusion = None if term is None else term.added_to(_AT_REST)
+            if (fusion is not None and not fusion.is_of_noise
+                    and np.linalg.norm(fusion.error) > _SMALLEST_MOTION):
+                return True
+        return False
 
     def between(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance:
         """
@@ -90,13 +105,16 @@ class ExpectedMotion:
         Where that contradicts the gyroscope, which the camera has confirmed, wheels slip: the
         rotation is the gyroscope's all the same.
         """
+        return self._with_displacement(self._without_displacement(start, end, twist), start, end)
+
+    def _without_displacement(self, start: int, end: int, twist: np.ndarray | None
+                              ) -> PoseWithCovariance:
+        """Return the motion of a camera that is not seen, without the accelerometer."""
         by_other = self._other.motion(start, end)
         motion = (self._motion_model.predict(twist, seconds(start, end)) if by_other is None
                   else self._other.with_slip(by_other))
         term = self._gyroscope.term(start, end)
-        if term is not None:
-            motion = term.added_to(motion).pose
-        return self._with_displacement(motion, start, end)
+        return motion if term is None else term.added_to(motion).pose
 
     def twist_at(self, stamp: int, twist: np.ndarray) -> np.ndarray:
         """Return a body velocity with the turn rate at a stamp [ns], where that is measured."""
@@ -154,9 +172,15 @@ class ExpectedMotion:
     def _with_displacement(self, motion: PoseWithCovariance, start: int,
                            end: int) -> PoseWithCovariance:
         """Return a motion between two stamps [ns] with that by the accelerometer, if it agrees."""
+        agreed = self._agreed(motion, start, end)
+        return motion if agreed is None else agreed
+
+    def _agreed(self, motion: PoseWithCovariance, start: int,
+                end: int) -> PoseWithCovariance | None:
+        """Return the same; None where it does not agree, or there is none."""
         term = self._accelerometer.term(start, end)
         fusion = None if term is None else term.added_to(motion)
-        return motion if fusion is None or not fusion.is_of_noise else fusion.pose
+        return None if fusion is None or not fusion.is_of_noise else fusion.pose
 
     def _terms(self, start: int, end: int, is_summed: bool = False) -> Iterator[MotionTerm]:
         if end > start:

@@ -86,7 +86,7 @@ class Odometry:
         self._gyroscope = Gyroscope(settings.imu, settings.odometry)
         self._other = OtherOdometry(settings.odometry)
         self._path = Path(settings, self._gyroscope.rotation)
-        self._accelerometer = Accelerometer(self._path.gravity, self._gyroscope,
+        self._accelerometer = Accelerometer(self._path.gravity, self._gyroscope, settings.imu,
                                             settings.odometry)
         self._tracking = Tracking()
         self._refinements = 0  # of the registrar, before this frame
@@ -108,7 +108,7 @@ class Odometry:
         self._settings = settings
         self._registrar = registrar
         self._gyroscope.configure(settings.imu, settings.odometry)
-        self._accelerometer.configure(settings.odometry)
+        self._accelerometer.configure(settings.imu, settings.odometry)
         self._other.configure(settings.odometry)
         self._path.configure(settings, registrar)
         self._motion_model = MotionModel(settings.odometry)
@@ -401,7 +401,7 @@ class Odometry:
         return self._update(
             prepared, failure.status, failure.reason,
             rejected=failure.increment if failure.registration.status.ok else None,
-            predicted=self._expected.is_measured(last.stamp, prepared.stamp))
+            predicted=self._expected.is_measured(last.stamp, prepared.stamp, twist))
 
     def _update(self, prepared: PreparedFrame, status: Status, reason: str,
                 **details: Any) -> OdometryUpdate:

@@ -49,7 +49,7 @@ class RepeatedImages:
         """Return the motion that is expected between two stamps [ns], from a velocity on."""
         elapsed = seconds(start, end)
         motion = self._expected.without_images(start, end, velocity.twist)
-        if not self._expected.is_measured(start, end):
+        if not self._expected.is_measured(start, end, velocity.twist):
             motion = motion.with_covariance(
                 motion.covariance + elapsed ** 2 * velocity.covariance)
         return Increment(motion, elapsed)

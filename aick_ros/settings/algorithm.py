@@ -285,6 +285,10 @@ class ImuSettings(Checked):
         0.1, 'Standard deviation of the position of the accelerometer in the camera, along each '
         'axis, where its transform has no translation; it is estimated then. 0: it is at the '
         'camera.', unit='m', minimum=0.0, maximum=10.0)
+    dead_reckoning_sigma: float = parameter(
+        0.3, 'Standard deviation of the position up to which gyroscope and accelerometer carry it '
+        'through frames without usable images, and TF with it. 0: they do not.', unit='m',
+        minimum=0.0, maximum=100.0)
     time_offset: float = parameter(
         0.0, 'Time added to the stamps of the images to get those of the IMU.', unit='s',
         minimum=-0.5, maximum=0.5)

@@ -83,7 +83,8 @@ def attempts_by(registrar):
     settings = Settings()
     gyroscope = Gyroscope(settings.imu, settings.odometry)
     expected = ExpectedMotion(settings.odometry, gyroscope, OtherOdometry(settings.odometry),
-                              Accelerometer(Gravity(settings.imu), gyroscope, settings.odometry))
+                              Accelerometer(
+            Gravity(settings.imu), gyroscope, settings.imu, settings.odometry))
     return Attempts(settings, registrar, expected)
 
 

@@ -147,17 +147,29 @@ def test_a_displacement_that_disagrees_is_not_added():
 @pytest.mark.parametrize('wheels, shift, measured', [
     (None, None, False), (MOTION, None, True), (None, SHIFTED, True), (MOTION, SHIFTED, True)])
 def test_a_motion_is_measured_by_wheels_or_an_accelerometer(wheels, shift, measured):
-    assert expected(wheels=wheels, shifts=Shifts(shift)).is_measured(0, STEP) is measured
+    found = expected(wheels=wheels, shifts=Shifts(shift)).is_measured(0, STEP, TWIST)
+    assert found is measured
 
 
-@pytest.mark.parametrize('turn, shift, is_moving', [
-    (None, None, False), (0.003, None, False), (0.006, None, True), (None, 0.001, False),
-    (None, 0.002, True), (0.003, 0.001, False)])
-def test_an_imu_moves_by_more_than_its_noise(turn, shift, is_moving):
+@pytest.mark.parametrize('shift, measured', [(0.02, True), (0.4, False)])
+def test_a_displacement_that_is_not_added_has_measured_nothing(shift, measured):
+    shifts = Shifts(se3.exp([shift, 0, 0, 0, 0, 0]))
+    assert expected(shifts=shifts).is_measured(0, 2 * STEP, TWIST) is measured
+
+
+@pytest.mark.parametrize('turn, shift, sigma, is_moving', [
+    (None, None, 0.001, False), (0.029, None, 0.001, False), (0.031, None, 0.001, True),
+    (None, 0.029, 0.001, False), (None, 0.031, 0.001, True), (0.029, 0.029, 0.001, False),
+    (0.031, None, 0.0076, True), (0.031, None, 0.0078, False), (None, 0.031, 0.0076, True),
+    (None, 0.031, 0.0078, False)])
+def test_an_imu_moves_by_some_centimetres_and_by_more_than_its_noise(
+        turn, shift, sigma, is_moving):
     """Three values exceed 16.3 times their variances once in a thousand times."""
     turns = None if turn is None else se3.exp([0, 0, 0, turn, 0, 0])
     shifts = None if shift is None else se3.exp([shift, 0, 0, 0, 0, 0])
-    assert expected(Turns(turns), MOTION, shifts=Shifts(shifts)).is_moving(0, STEP) is is_moving
+    noise = sigma ** 2 * np.eye(3)
+    assert expected(Turns(turns, noise), MOTION, shifts=Shifts(shifts, noise)).is_moving(
+        0, STEP) is is_moving
 
 
 def test_a_displacement_is_no_term_of_what_the_images_show():

@@ -39,8 +39,8 @@ def other():
 @pytest.fixture
 def expected(other):
     gyroscope = Gyroscope(ImuSettings(), SETTINGS)
-    return ExpectedMotion(SETTINGS, gyroscope, other,
-                          Accelerometer(Gravity(ImuSettings()), gyroscope, SETTINGS))
+    accelerometer = Accelerometer(Gravity(ImuSettings()), gyroscope, ImuSettings(), SETTINGS)
+    return ExpectedMotion(SETTINGS, gyroscope, other, accelerometer)
 
 
 def seen(motion, sigma):

@@ -9,12 +9,12 @@ import numpy as np
 
 from aick_ros.geometry import definite, se3
 from aick_ros.geometry.stamps import seconds
-from aick_ros.odometry.inertial.displacement import Displacement
+from aick_ros.odometry.inertial.displacement import Displacement, Limits
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.motion_term import MotionTerm
-from aick_ros.settings import OdometrySettings
+from aick_ros.settings import ImuSettings, OdometrySettings
 
 _COMPARED = 0.5, 1.0
 """Shortest and longest time of a displacement that is compared with the camera [s].
@@ -35,18 +35,20 @@ class Accelerometer:
 
     :param gravity: velocity, gravity and bias at that frame.
     :param gyroscope: rotation since then.
-    :param settings: limits of the motion, once it is not measured any more.
+    :param settings: how far it is followed.
+    :param odometry: limits of the motion after that.
     """
 
-    def __init__(self, gravity: Gravity, gyroscope: Gyroscope, settings: OdometrySettings) -> None:
+    def __init__(self, gravity: Gravity, gyroscope: Gyroscope, settings: ImuSettings,
+                 odometry: OdometrySettings) -> None:
         self._gravity, self._gyroscope = gravity, gyroscope
         self._count, self._mean = 0, 0.0  # of the squared distances, by degrees of freedom
-        self.configure(settings)
-
-    def configure(self, settings: OdometrySettings) -> None:
-        """Continue with other settings; what was learned is kept."""
-        self._speed_sigma = MotionModel(settings).unknown_speed
+        self.configure(settings, odometry)
         self.restart()
+
+    def configure(self, settings: ImuSettings, odometry: OdometrySettings) -> None:
+        """Continue with other settings, from the next frame that is measured."""
+        self._limits = Limits(settings.dead_reckoning_sigma, MotionModel(odometry).unknown_speed)
 
     def restart(self) -> None:
         """Continue with frames that are measured anew; what was learned is kept."""
@@ -66,11 +68,12 @@ class Accelerometer:
 
         It is where the first one is that of the last frame whose pose was measured.
         """
-        if start != self._gravity.stamp or end <= start or not self._count:
+        if (start != self._gravity.stamp or end <= start or not self._count
+                or not self._limits.position_sigma):
             return None
         if start != self._start or end < self._end:
             self._displacement = self._gravity.displacement(
-                self._gyroscope, self._speed_sigma, self.factor)
+                self._gyroscope, self._limits, self.factor)
             self._start, self._end = start, start
         if end != self._end:
             self._term = None if self._displacement is None else self._displacement.term(end)
@@ -78,7 +81,7 @@ class Accelerometer:
         return self._term
 
     def knows(self, start: int, end: int) -> bool:
-        """Return whether it has measured the displacement between two stamps, to some dm."""
+        """Return whether it has measured the displacement between two stamps [ns] to the end."""
         return (self.term(start, end) is not None
                 and self._displacement is not None and self._displacement.is_followed)
 
@@ -97,7 +100,7 @@ class Accelerometer:
                 return
             if shortest <= elapsed <= longest:
                 self._note(followed.term(stamp), se3.inverse(T_reckoned_start) @ T_reckoned_camera)
-        displacement = self._gravity.displacement(self._gyroscope, self._speed_sigma, 1.0)
+        displacement = self._gravity.displacement(self._gyroscope, self._limits, 1.0)
         self._compared = None if displacement is None or stamp != self._gravity.stamp else (
             stamp, T_reckoned_camera, displacement)
 

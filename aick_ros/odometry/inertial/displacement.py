@@ -25,12 +25,6 @@ from aick_ros.odometry.motion_term import POSITION, MotionTerm
 
 _STEP = NANOSECONDS // 25  # chosen: a hand turns evenly meanwhile
 
-_LARGEST_SIGMA = 0.3
-"""Standard deviation of a displacement along an axis from which on it is not followed [m].
-
-Chosen: on three rendered rooms a BMI055 gets there in four seconds, and errs by a third of it. It
-errs with the square of the time: a covered camera would leave the room in half a minute."""
-
 _NO_COVARIANCE = np.zeros((3, 3))  # by definition: of the rotation, which is added at the end
 
 
@@ -40,7 +34,7 @@ class LastMeasured:
     The last frame whose pose was measured.
 
     :param stamp: of it [ns].
-    :param estimate: velocity, gravity, bias and lever arm there; it is changed, in place.
+    :param estimate: velocity, gravity, bias and lever arm there.
     :param pose: of the accelerometer there, in the axes of the estimate.
     :param offset: time to add to the stamps of images to get those of the forces [ns].
     :param position: of the accelerometer in the camera as it is known beforehand, 3 [m].
@@ -53,32 +47,53 @@ class LastMeasured:
     position: np.ndarray
 
 
+@dataclass(frozen=True)
+class Limits:
+    """
+    How far a camera is followed, and what it may do after that.
+
+    :param position_sigma: standard deviation of its position along an axis, up to which it is [m].
+    :param speed_sigma: that of a velocity that is not known [m/s].
+    """
+
+    position_sigma: float
+    speed_sigma: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Reached:
+    """Estimate and rotation of the camera, 3x3, at a stamp [ns]."""
+
+    stamp: int
+    estimate: GravityFilter
+    rotation: np.ndarray
+
+
 class Displacement:
     """
     Follows a camera from the last frame whose pose was measured, as long as it is known where.
 
-    After that the displacement stays, and the camera may move at any speed within its limits.
+    After that, and where samples are missing, the displacement stays as it was, and the camera may
+    move on within its limits.
 
     :param last: that frame.
     :param forces: of the accelerometer.
     :param gyroscope: rotation since then.
-    :param speed_sigma: standard deviation of a velocity that is not known, along an axis [m/s].
     :param factor: variance of a displacement, as a ratio to what the filter says.
     """
 
     def __init__(self, last: LastMeasured, forces: ForceIntegral, gyroscope: Gyroscope,
-                 speed_sigma: float, factor: float = 1.0) -> None:
+                 limits: Limits, factor: float = 1.0) -> None:
         self._last, self._forces, self._gyroscope = last, forces, gyroscope
-        self._speed_sigma, self._factor = speed_sigma, factor
-        self._estimate = last.estimate
-        self._estimate.set_origin()
-        self._stamp, self._rotation = last.stamp, last.pose.rotation
-        self._final: tuple[int, MotionTerm] | None = None  # the last one followed, and its stamp
+        self._limits, self._factor = limits, factor
+        self._reached = _Reached(last.stamp, last.estimate.from_origin(), last.pose.rotation)
+        self._known: tuple[int, MotionTerm] | None = None  # the last stamp and displacement
+        self._is_followed = True
 
     @property
     def is_followed(self) -> bool:
-        """Certainty of the last displacement that was asked for, as far as it was measured."""
-        return self._final is None
+        """Whether the last displacement that was asked for was measured up to its end."""
+        return self._is_followed
 
     def term(self, end: int) -> MotionTerm | None:
         """
@@ -86,26 +101,26 @@ class Displacement:
 
         Stamps do not go back.
         """
-        if self._final is not None:
-            return self._unseen_since(*self._final, end)
-        turn = self._gyroscope.term(self._last.stamp, end)
-        if turn is None or not self._goes_on(end):
-            return None
-        term = self._measured(turn, end)
-        if np.linalg.eigvalsh(term.covariance)[-1] > _LARGEST_SIGMA ** 2:
-            self._final = end, term
-        return term
+        is_certain = self._known is None or _sigma(self._known[1]) <= self._limits.position_sigma
+        term = self._measured(end) if is_certain else None
+        self._is_followed = term is not None
+        if term is not None:
+            self._known = end, term
+        return None if self._known is None else self._unseen_since(*self._known, end)
 
     def _unseen_since(self, stamp: int, term: MotionTerm, end: int) -> MotionTerm:
         """Return the displacement up to a stamp [ns] of a camera that moves on as it may."""
-        moved = self._speed_sigma * seconds(stamp, end)
+        moved = self._limits.speed_sigma * seconds(stamp, end)
         return dataclasses.replace(term, covariance=term.covariance + moved ** 2 * np.eye(3))
 
-    def _measured(self, turn: MotionTerm, end: int) -> MotionTerm:
-        """Return the displacement up to a stamp [ns], with the rotation up to there."""
+    def _measured(self, end: int) -> MotionTerm | None:
+        """Return the displacement up to a stamp [ns] by the samples; None: some are missing."""
+        turn, reached = self._gyroscope.term(self._last.stamp, end), self._at(end)
+        if turn is None or reached is None:
+            return None
         first = self._last.pose
-        arm, to_camera = self._rotation - first.rotation, first.rotation.T
-        shift, covariance = self._estimate.displacement(arm)
+        arm, to_camera = reached.rotation - first.rotation, first.rotation.T
+        shift, covariance = reached.estimate.displacement(arm)
         motion = np.eye(4)
         motion[:3, :3] = turn.T_target_source[:3, :3]
         motion[:3, 3] = to_camera @ (shift - arm @ self._last.position)
@@ -123,23 +138,41 @@ class Displacement:
         """
         axes = self._last.pose.rotation
         orientation = self._last.pose.covariance[3:, 3:] + axes @ turned @ axes.T
-        arm = 0.5 * elapsed ** 2 * se3.skew(self._estimate.gravity)
+        arm = 0.5 * elapsed ** 2 * se3.skew(self._reached.estimate.gravity)
         covariance: np.ndarray = arm @ orientation @ arm.T
         return covariance
 
-    def _goes_on(self, end: int) -> bool:
-        """Go on to a stamp [ns]; return whether samples have arrived up to there."""
-        offset = self._last.offset
-        while self._stamp < end:
-            stamp = min(end, self._stamp + _STEP)
-            turned = self._gyroscope.rotation(self._last.stamp, stamp)
-            if turned is None:
-                return False
-            rotation = self._last.pose.rotation @ turned
-            impulse = self._forces.between(self._stamp + offset, stamp + offset, self._rotation,
-                                           rotation)
-            if impulse is None:
-                return False
-            self._estimate.predict(impulse, _NO_COVARIANCE)
-            self._stamp, self._rotation = stamp, rotation
-        return self._stamp == end
+    def _at(self, end: int) -> _Reached | None:
+        """
+        Return where the camera is at a stamp [ns]; None where samples are missing.
+
+        Steps are kept up to the last sample: later ones are made again once theirs have arrived.
+        """
+        last = self._forces.last
+        arrived = end if last is None else min(end, last - self._last.offset)
+        reached: _Reached | None = self._reached
+        while reached is not None and reached.stamp < end:
+            reached = self._stepped(reached, end if reached.stamp >= arrived else arrived)
+            if reached is not None and reached.stamp <= arrived:
+                self._reached = reached
+        return None if reached is None or reached.stamp != end else reached
+
+    def _stepped(self, reached: _Reached, end: int) -> _Reached | None:
+        """Return where the camera is a step later, or at a stamp [ns] before that."""
+        stamp, offset = min(end, reached.stamp + _STEP), self._last.offset
+        turned = self._gyroscope.rotation(self._last.stamp, stamp)
+        if turned is None:
+            return None
+        rotation = self._last.pose.rotation @ turned
+        impulse = self._forces.between(reached.stamp + offset, stamp + offset, reached.rotation,
+                                       rotation)
+        if impulse is None:
+            return None
+        estimate = reached.estimate.copy()
+        estimate.predict(impulse, _NO_COVARIANCE)
+        return _Reached(stamp, estimate, rotation)
+
+
+def _sigma(term: MotionTerm) -> float:
+    """Return the largest standard deviation of a displacement [m]."""
+    return float(np.sqrt(np.linalg.eigvalsh(term.covariance)[-1]))

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The level frame of the odometry, by an accelerometer, as long as the camera confirms it."""
+"""What is up, by an accelerometer, as long as the camera confirms it; the odometry is level."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.inertial.disagreement import Disagreement
-from aick_ros.odometry.inertial.displacement import Displacement, LastMeasured
+from aick_ros.odometry.inertial.displacement import Displacement, LastMeasured, Limits
 from aick_ros.odometry.inertial.force_integral import ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GRAVITY, GravityFilter
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
@@ -52,6 +52,8 @@ _RETRIED = 90  # frames; chosen: a filter that is right settles meanwhile
 class Gravity:
     """
     Begins the odometry level, and keeps it so.
+
+    Beside a gyroscope it estimates gravity where the odometry is not level, too: for displacements.
 
     :param settings: noise of the accelerometer.
     :param turn: rotation between two stamps of images [ns] by a gyroscope, 3x3, that takes
@@ -135,7 +137,7 @@ class Gravity:
         known = self._filter
         return None if known is None else self._last.rotation.T @ known.up.vector
 
-    def displacement(self, gyroscope: Gyroscope, speed_sigma: float,
+    def displacement(self, gyroscope: Gyroscope, limits: Limits,
                      factor: float) -> Displacement | None:
         """
         Return what follows the camera from the last frame on; None: nothing is known there.
@@ -144,11 +146,10 @@ class Gravity:
         """
         if self._stamp is None or self._filter is None or self._is_doubted:
             return None
-        known = self._filter.copy()
+        known = self._filter.copy()  # which goes on with the next frame
         return Displacement(LastMeasured(
             self._stamp, known, self._last, self._offset + round(known.time_offset * NANOSECONDS),
-            self._T_camera_imu[:3, 3].copy()), self._forces, gyroscope, speed_sigma,
-            factor)
+            self._T_camera_imu[:3, 3].copy()), self._forces, gyroscope, limits, factor)
 
     @property
     def complaint(self) -> str:
@@ -165,15 +166,16 @@ class Gravity:
         """Bias and how well the direction is known, in words."""
         if self._forces.last is None:
             return 'none'
-        if self.start is None:
+        if self.start is None and not self._has_gyroscope:
             return 'not used, as odom did not begin level'
+        start = '' if self.start is not None else 'odom did not begin level; '
         known = self._filter  # another thread may forget it meanwhile
         if known is None:
-            return 'not compared with the camera yet'
+            return f'{start}not compared with the camera yet'
         x, y, z = known.bias
         sigma = np.degrees(np.sqrt(np.linalg.eigvalsh(known.up.covariance)[-1]))
-        return (f'bias ({x:.2f}, {y:.2f}, {z:.2f}) m/s^2; {_place_of(known)}the direction of '
-                f'gravity is known to {sigma:.2f} deg')
+        return (f'{start}bias ({x:.2f}, {y:.2f}, {z:.2f}) m/s^2; {_place_of(known)}the direction '
+                f'of gravity is known to {sigma:.2f} deg')
 
     def add(self, samples: ImuSamples, time_offset: float) -> None:
         """
@@ -255,13 +257,14 @@ class Gravity:
         :param T_odom_reckoned: correction of the dead reckoning, 4x4.
         :param corrected: the pose with it, ``T_odom_camera``, its covariance since the start.
         """
-        if self.start is None or not self._settings.gravity:
-            return
+        is_level = self.start is not None and self._settings.gravity
+        if not is_level and not self._has_gyroscope:
+            return  # nothing else needs to know what is up
         elapsed = _LONGEST_STEP if self._stamp is None else seconds(self._stamp, stamp)
         at_imu = measured @ self._T_camera_imu  # it is there that forces are measured
         self._advance(stamp, reference, at_imu)
         self._stamp, self._last, self._reference = stamp, at_imu, reference
-        if self._filter is not None and not self._is_doubted and not self._is_held:
+        if is_level and self._filter is not None and not self._is_doubted and not self._is_held:
             up = self._filter.up.in_axes(T_odom_reckoned[:3, :3])
             self._level.approach(up, corrected, min(elapsed, _LONGEST_STEP))
 

@@ -142,10 +142,12 @@ class GravityFilter:
         self.covariance[_P, _P] = (
             pose.covariance[:3, :3] + lever_arm[:, _L] @ pose.rotation.T)
 
-    def set_origin(self) -> None:
-        """Let the position be zero, from where a displacement is measured."""
-        self.values[_P] = 0.0
-        self.covariance[_P], self.covariance[:, _P] = 0.0, 0.0
+    def from_origin(self) -> GravityFilter:
+        """Return a filter that goes on by itself, with a position that is zero, and exact."""
+        other = self.copy()
+        other.values[_P] = 0.0
+        other.covariance[_P], other.covariance[:, _P] = 0.0, 0.0
+        return other
 
     def displacement(self, turned: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """

@@ -25,10 +25,10 @@ class OdometryPublisher:
     """
     Publishes ``odom``, ``pose`` and TF in the frame of the robot's base.
 
-    While the camera is lost ``lost_policy`` decides what is sent, and TF stops; the first message
-    after a loss has a covariance of 9999. With a guess TF continues by the predicted pose, and is
-    that of ``guess_frame_id``, as the base is a child of that frame already; where the guess is
-    not known it is the last one, so that a gap of the guess is none of ours.
+    While the camera is lost ``lost_policy`` decides what is sent; the first message after a loss
+    has a covariance of 9999. TF stops, unless another sensor predicts the pose: then it continues.
+    With a guess TF is that of ``guess_frame_id``, as the base is a child of that frame already;
+    where the guess is not known it is the last one, so that a gap of the guess is none of ours.
 
     :param guess: pose of the base in ``guess_frame_id``; None: there is none.
     """

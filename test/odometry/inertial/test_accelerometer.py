@@ -9,12 +9,13 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.inertial.accelerometer import Accelerometer
+from aick_ros.odometry.inertial.displacement import Limits
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.motion_term import POSITION, MotionTerm
-from aick_ros.settings import OdometrySettings
+from aick_ros.settings import ImuSettings, OdometrySettings
 
-SETTINGS, OTHERS = OdometrySettings(), OdometrySettings(max_speed=0.9)
-SPEED = MotionModel(SETTINGS).unknown_speed
+SETTINGS = ImuSettings(dead_reckoning_sigma=0.4), OdometrySettings()
+LIMITS = Limits(0.4, MotionModel(SETTINGS[1]).unknown_speed)
 MS = NANOSECONDS // 1000
 SIGMA = 0.01  # m
 
@@ -25,9 +26,9 @@ class Played:
     def __init__(self):
         self.stamp, self.is_known, self.begun, self.asked = 100 * MS, True, [], []
 
-    def displacement(self, gyroscope, speed, factor):
+    def displacement(self, gyroscope, limits, factor):
         assert gyroscope is self
-        self.begun.append((self.stamp, speed, factor))
+        self.begun.append((self.stamp, limits, factor))
         return Follower(self, factor) if self.is_known else None
 
 
@@ -53,7 +54,7 @@ def played():
 
 @pytest.fixture
 def accelerometer(played):
-    return Accelerometer(played, played, SETTINGS)
+    return Accelerometer(played, played, *SETTINGS)
 
 
 def seen(played, accelerometer, off=0.0, count=1, interval=500):
@@ -74,7 +75,7 @@ def test_it_follows_from_the_last_frame_once(played, accelerometer):
     start = played.stamp
     assert [x_of(accelerometer.term(start, start + end * MS)) for end in (10, 10, 20)] == (
         pytest.approx([0.01, 0.01, 0.02]))
-    assert played.begun == [(start, SPEED, 1.0)]
+    assert played.begun == [(start, LIMITS, 1.0)]
     assert played.asked == [start + 10 * MS, start + 20 * MS]
 
 
@@ -133,7 +134,7 @@ def test_it_is_as_exact_as_it_was_lately(played, accelerometer, off, factor):
     seen(played, accelerometer, off, count=40)
     assert accelerometer.factor == pytest.approx(factor)
     accelerometer.term(played.stamp, played.stamp + MS)
-    assert played.begun == [(played.stamp, SPEED, pytest.approx(factor))]
+    assert played.begun == [(played.stamp, LIMITS, pytest.approx(factor))]
 
 
 def test_what_it_has_learned_is_a_mean_of_ten(played, accelerometer):
@@ -145,14 +146,32 @@ def test_what_it_has_learned_is_a_mean_of_ten(played, accelerometer):
     assert accelerometer.factor == 1.0
 
 
-def test_other_settings_change_what_is_not_followed_and_a_restart_forgets_the_frame(
-        played, accelerometer):
+def test_other_settings_count_from_the_next_frame_on(played, accelerometer):
+    """What was learned is kept, and what is followed, as through a loss."""
     seen(played, accelerometer, 6.0)
-    accelerometer.configure(OTHERS)
+    start = played.stamp
+    accelerometer.term(start, start + 10 * MS)
+    accelerometer.configure(ImuSettings(dead_reckoning_sigma=0.2), OdometrySettings(max_speed=0.9))
+    accelerometer.term(start, start + 20 * MS)
+    assert played.begun == [(start, LIMITS, pytest.approx(12.0))]
+    played.stamp += 20 * MS
     accelerometer.term(played.stamp, played.stamp + MS)
-    accelerometer.restart()
-    accelerometer.term(played.stamp, played.stamp + MS)
-    assert played.begun == 2 * [(played.stamp, pytest.approx(0.3), pytest.approx(12.0))]
+    assert played.begun[1:] == [(
+        played.stamp, Limits(0.2, pytest.approx(0.3)), pytest.approx(12.0))]
+
+
+def test_after_a_restart_a_frame_of_the_same_stamp_is_another_one(played, accelerometer):
+    seen(played, accelerometer)
+    for _ in range(2):
+        accelerometer.restart()
+        accelerometer.term(played.stamp, played.stamp + MS)
+    assert len(played.begun) == 2
+
+
+def test_with_a_limit_of_zero_it_is_not_used(played, accelerometer):
+    seen(played, accelerometer)
+    accelerometer.configure(ImuSettings(dead_reckoning_sigma=0.0), OdometrySettings())
+    assert not accelerometer.knows(played.stamp, played.stamp + MS)
 
 
 def test_what_is_not_known_is_not_compared(played, accelerometer):

@@ -13,7 +13,7 @@ from scipy import stats
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.odometry.inertial.displacement import Displacement, LastMeasured
+from aick_ros.odometry.inertial.displacement import Displacement, LastMeasured, Limits
 from aick_ros.odometry.inertial.force_integral import ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GRAVITY, GravityFilter
 from aick_ros.odometry.motion_term import ROTATION, MotionTerm
@@ -23,10 +23,10 @@ from aick_ros.sources.synthetic.imu import ImuModel, SensorNoise, imu_samples
 START, MS = 5 * NANOSECONDS, NANOSECONDS // 1000
 SETTINGS = ImuSettings(accelerometer_bias_walk=0.0)
 SIGMAS = np.repeat([0.01, 0.03, 0.02], 3)  # of velocity, gravity and bias [m/s, m/s^2]
-TILT = 0.002  # rad; standard deviation of the orientation about each axis
+TILT = 0.006  # rad; standard deviation of the orientation about each axis
 PLACE = np.array([0.04, -0.02, 0.03])  # of the accelerometer in the camera [m]
 EXACT = SensorNoise(0.0, 0.0, np.inf, 0.0)
-SPEED = 0.7  # m/s
+LIMITS = Limits(0.3, 0.7)  # m, m/s
 AXES = se3.exp_rotation([0.3, -0.8, 1.1])  # of the world in those of the estimate
 
 
@@ -44,11 +44,13 @@ def pose_of_imu(stamp):
 class Exact:
     """A gyroscope without errors."""
 
+    covariance = 1e-16 * np.eye(3)
+
     def rotation(self, start, end):
         return pose(start)[:3, :3].T @ pose(end)[:3, :3]
 
     def term(self, start, end):
-        return MotionTerm(se3.inverse(pose(start)) @ pose(end), ROTATION, 1e-16 * np.eye(3))
+        return MotionTerm(se3.inverse(pose(start)) @ pose(end), ROTATION, self.covariance)
 
 
 def forces(noise=EXACT, seed=0, offset=0):
@@ -83,13 +85,13 @@ def truth(end):
 
 @pytest.mark.parametrize('end', [1, 20, 33, 400, 1000])
 def test_without_errors_it_is_the_true_one(end):
-    term = Displacement(last_measured(), forces(), Exact(), SPEED).term(START + end * MS)
+    term = Displacement(last_measured(), forces(), Exact(), LIMITS).term(START + end * MS)
     np.testing.assert_allclose(term.T_target_source[:3, 3], truth(START + end * MS), atol=5e-4)
     np.testing.assert_allclose(term.rows, np.eye(3, 6))
 
 
 def test_its_covariance_is_that_of_the_filter_by_a_factor():
-    once, thrice = (Displacement(last_measured(), forces(), Exact(), SPEED, *factor).term(
+    once, thrice = (Displacement(last_measured(), forces(), Exact(), LIMITS, *factor).term(
         START + 400 * MS) for factor in ((), (9.0,)))
     np.testing.assert_allclose(thrice.covariance, 9.0 * once.covariance)
     np.testing.assert_array_equal(thrice.T_target_source, once.T_target_source)
@@ -97,10 +99,10 @@ def test_its_covariance_is_that_of_the_filter_by_a_factor():
 
 def test_frames_on_the_way_change_nothing():
     """Each interval is followed once."""
-    follows = Displacement(last_measured(), forces(), Exact(), SPEED)
+    follows = Displacement(last_measured(), forces(), Exact(), LIMITS)
     for end in (33, 67, 100, 100, 400):
         by_frames = follows.term(START + end * MS)
-    at_once = Displacement(last_measured(), forces(), Exact(), SPEED).term(START + 400 * MS)
+    at_once = Displacement(last_measured(), forces(), Exact(), LIMITS).term(START + 400 * MS)
     np.testing.assert_allclose(by_frames.T_target_source[:3, 3], at_once.T_target_source[:3, 3],
                                atol=1e-4)
     np.testing.assert_allclose(by_frames.covariance, at_once.covariance, rtol=1e-3)
@@ -117,7 +119,7 @@ def with_errors(seed):
     estimate.values[3:12] += SIGMAS * rng.standard_normal(9)
     noise = SensorNoise(np.hypot(SETTINGS.accelerometer_noise, 0.02), 0.0, np.inf, 0.0)
     return Displacement(dataclasses.replace(
-        true, estimate=estimate, pose=tilted), forces(noise, seed), Exact(), SPEED)
+        true, estimate=estimate, pose=tilted), forces(noise, seed), Exact(), LIMITS)
 
 
 @pytest.mark.parametrize('end', [33, 300, 1000])
@@ -131,14 +133,38 @@ def test_it_errs_as_its_covariance_says(end):
     assert low < np.mean(nees) < high
 
 
+def test_what_the_rotation_may_be_wrong_by_turns_gravity():
+    """By a half g t^2, about the axes of the last camera."""
+    uncertain, end, arm = Exact(), START + 500 * MS, 0.5 * 0.5 ** 2 * GRAVITY
+    uncertain.covariance = np.diag([0.01, 0.02, 0.03]) ** 2
+    exact, found = (Displacement(last_measured(), forces(), gyroscope, LIMITS).term(end)
+                    for gyroscope in (Exact(), uncertain))
+    up = pose(START)[2, :3]  # in the axes of that camera
+    by_tilt = arm * se3.skew(up) @ np.diag([0.01, 0.02, 0.03])
+    np.testing.assert_allclose(found.covariance - exact.covariance, by_tilt @ by_tilt.T,
+                               atol=1e-12)
+
+
+def test_where_the_camera_was_is_no_error_of_its_displacement():
+    last = last_measured()
+    last.estimate.values[:3] = 5.0
+    last.estimate.covariance[:3, :3] = np.eye(3)
+    last.estimate.covariance[:3, 3:6] = last.estimate.covariance[3:6, :3] = 0.001 * np.eye(3)
+    found, known = (Displacement(each, forces(), Exact(), LIMITS).term(START + 500 * MS)
+                    for each in (last, last_measured()))
+    np.testing.assert_allclose(found.T_target_source, known.T_target_source, atol=1e-12)
+    np.testing.assert_allclose(found.covariance, known.covariance, atol=1e-15)
+    assert last.estimate.values[0] == 5.0  # it goes on from there
+
+
 def test_an_uncertain_place_of_the_accelerometer_counts_as_the_camera_turns():
     estimate = last_measured().estimate
     estimate.values[12:15] = PLACE
     estimate.covariance[range(12, 15), range(12, 15)] = 0.05 ** 2
     end = START + 500 * MS
-    known = Displacement(last_measured(), forces(), Exact(), SPEED).term(end)
+    known = Displacement(last_measured(), forces(), Exact(), LIMITS).term(end)
     found = Displacement(last_measured(estimate=estimate, position=np.zeros(3)), forces(),
-                         Exact(), SPEED).term(end)
+                         Exact(), LIMITS).term(end)
     np.testing.assert_allclose(found.T_target_source[:3, 3], known.T_target_source[:3, 3],
                                atol=1e-12)
     turned = Exact().rotation(START, end) - np.eye(3)
@@ -147,49 +173,68 @@ def test_an_uncertain_place_of_the_accelerometer_counts_as_the_camera_turns():
 
 
 def test_forces_are_those_of_their_own_clock():
-    late = Displacement(last_measured(offset=7 * MS), forces(offset=7 * MS), Exact(), SPEED)
+    late = Displacement(last_measured(offset=7 * MS), forces(offset=7 * MS), Exact(), LIMITS)
     end = START + 300 * MS
     np.testing.assert_allclose(late.term(end).T_target_source[:3, 3], truth(end), atol=3e-4)
 
 
-@pytest.mark.parametrize('arrived, known', [(START + 260 * MS, True), (START + 200 * MS, False)])
+def some_forces(*arrived):
+    """Yield the integral of the samples up to some stamps, one after the other, and up to all."""
+    every, growing, count = forces(), ForceIntegral(), 0
+    for stamp in (*arrived, every.last):
+        now = every._stamps.searchsorted(stamp, 'right')
+        growing.add(every._stamps[count:now], every._forces[count:now])
+        count = now
+        yield growing
+
+
+@pytest.mark.parametrize('arrived, known', [(260, True), (200, False)])
 def test_it_waits_for_samples(arrived, known):
-    """A term is not known without them, and is as before once they have arrived."""
-    every, some, end = forces(), ForceIntegral(), START + 300 * MS
-    count = every._stamps.searchsorted(arrived)
-    some.add(every._stamps[:count], every._forces[:count])
-    follows = Displacement(last_measured(), some, Exact(), SPEED)
+    """A term is not known without them, and is as if they had been there once they arrive."""
+    arriving, end = some_forces(START + arrived * MS), START + 300 * MS
+    follows = Displacement(last_measured(), next(arriving), Exact(), LIMITS)
     assert (follows.term(end) is not None) is known
-    some.add(every._stamps[count:], every._forces[count:])
-    np.testing.assert_allclose(follows.term(end).T_target_source[:3, 3], truth(end), atol=1e-3)
+    next(arriving)
+    at_once = Displacement(last_measured(), forces(), Exact(), LIMITS).term(end + 33 * MS)
+    np.testing.assert_allclose(follows.term(end + 33 * MS).T_target_source[:3, 3],
+                               at_once.T_target_source[:3, 3], atol=2e-5)
+
+
+def test_without_samples_it_stays_and_goes_on_once_they_arrive():
+    arriving = some_forces(START + 300 * MS)
+    follows = Displacement(last_measured(), next(arriving), Exact(), LIMITS)
+    known = follows.term(START + 300 * MS)
+    assert follows.is_followed
+    later = follows.term(START + 600 * MS)
+    assert not follows.is_followed
+    np.testing.assert_array_equal(later.T_target_source, known.T_target_source)
+    np.testing.assert_allclose(later.covariance - known.covariance,
+                               (0.3 * LIMITS.speed_sigma) ** 2 * np.eye(3), atol=1e-12)
+    next(arriving)
+    found = follows.term(START + 700 * MS)
+    assert follows.is_followed
+    np.testing.assert_allclose(found.T_target_source[:3, 3], truth(START + 700 * MS), atol=5e-4)
 
 
 @pytest.mark.parametrize('unknown', ['term', 'rotation'])
 def test_without_a_gyroscope_it_is_not_known(unknown):
     gyroscope = Exact()
     setattr(gyroscope, unknown, lambda start, end: None)
-    assert Displacement(last_measured(), forces(), gyroscope, SPEED).term(START + 33 * MS) is None
-
-
-def test_nothing_is_known_of_what_is_before():
-    follows = Displacement(last_measured(), forces(), Exact(), SPEED)
-    assert follows.term(START + 100 * MS) is not None
-    assert follows.term(START + 33 * MS) is None
+    assert Displacement(last_measured(), forces(), gyroscope, LIMITS).term(START + 33 * MS) is None
 
 
 def test_it_is_followed_until_it_is_not_known_any_more():
     """Then it stays, and a camera that moves as it may is somewhere beside."""
     last = last_measured()
     last.estimate.covariance *= 100
-    follows, before = Displacement(last, forces(), Exact(), SPEED), None
+    follows, terms = Displacement(last, forces(), Exact(), LIMITS), []
     for end in range(100, 1500, 100):
-        term = follows.term(START + end * MS)
+        terms.append(follows.term(START + end * MS))
         if not follows.is_followed:
             break
-        before = term
-    sigmas = [np.sqrt(np.linalg.eigvalsh(each.covariance)[-1]) for each in (before, term)]
-    assert sigmas[0] < 0.3 < sigmas[1]
-    later = follows.term(START + end * MS + NANOSECONDS)
-    np.testing.assert_array_equal(later.T_target_source, term.T_target_source)
-    np.testing.assert_allclose(later.covariance - term.covariance, SPEED ** 2 * np.eye(3),
-                               atol=1e-12)
+    before, first, stays = terms[-3:]
+    sigmas = [np.sqrt(np.linalg.eigvalsh(each.covariance)[-1]) for each in (before, first)]
+    assert sigmas[0] < LIMITS.position_sigma < sigmas[1]
+    np.testing.assert_array_equal(stays.T_target_source, first.T_target_source)
+    np.testing.assert_allclose(stays.covariance - first.covariance,
+                               (0.1 * LIMITS.speed_sigma) ** 2 * np.eye(3), atol=1e-12)

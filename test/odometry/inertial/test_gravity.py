@@ -160,11 +160,22 @@ def test_a_value_that_never_changes_is_named(recorded):
     assert 'the accelerometer has reported' in gravity.complaint
 
 
-def test_switched_off_it_changes_nothing(recorded):
-    gravity = Gravity(ImuSettings(gravity=False))
-    gravity.add(recorded.until(START), 0.0)
+@pytest.mark.parametrize('has_gyroscope', [False, True])
+def test_switched_off_the_odometry_is_not_level(recorded, has_gyroscope):
+    """Beside a gyroscope gravity is estimated all the same: a lost camera is followed by it."""
+    gravity, samples = Gravity(ImuSettings(gravity=False)), recorded.until(START)
+    if not has_gyroscope:
+        samples = dataclasses.replace(samples, turn_rates=np.full_like(samples.turn_rates, np.nan))
+    gravity.add(samples, 0.0)
     assert gravity.begin(START) is None
-    assert gravity.description == 'not used, as odom did not begin level'
+    assert gravity.description == (
+        'odom did not begin level; not compared with the camera yet' if has_gyroscope
+        else 'not used, as odom did not begin level')
+    pose = PoseWithCovariance(np.eye(4), 1e-6 * np.eye(6))
+    gravity.update(START, pose, pose, np.eye(4), pose)
+    assert (gravity.estimate is not None) is has_gyroscope
+    assert ('odom did not begin level; bias' in gravity.description) is has_gyroscope
+    np.testing.assert_array_equal(gravity.levelled(pose).matrix, pose.matrix)
 
 
 def test_without_samples_there_is_nothing_to_say():

@@ -413,17 +413,30 @@ def test_a_displacement_begins_at_the_last_frame(play, monkeypatch):
     played, gyroscope = play(3), object()
     played.gravity.add(ImuSamples(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)),
                                   np.array([0.1, 0.2, 0.3])), OFFSET)
-    last, forces, *used = played.gravity.displacement(gyroscope, 0.7, 4.0)
+    last, forces, *used = played.gravity.displacement(gyroscope, 'limits', 4.0)
     assert last.stamp == START + NANOSECONDS // 5
     assert last.estimate.of is played.filters[-1]
     np.testing.assert_allclose(last.pose.matrix, REFERENCE.matrix @ SEEN[2].matrix)
     assert last.offset == 9_000_000
     np.testing.assert_array_equal(last.position, [0.1, 0.2, 0.3])
-    assert forces is played.gravity._forces and used == [gyroscope, 0.7, 4.0]
+    assert forces is played.gravity._forces and used == [gyroscope, 'limits', 4.0]
 
 
 def test_without_a_frame_or_where_it_is_doubted_there_is_no_displacement(play):
-    assert play(0).gravity.displacement(None, 0.7, 1.0) is None
+    assert play(0).gravity.displacement(None, None, 1.0) is None
     played = play(3)
     played.gravity._disagreement = SimpleNamespace(is_suspected=True)
-    assert played.gravity.displacement(None, 0.7, 1.0) is None
+    assert played.gravity.displacement(None, None, 1.0) is None
+
+
+def test_without_a_level_start_a_gyroscope_lets_gravity_be_estimated(monkeypatch):
+    """The level frame stays as it is."""
+    for has_gyroscope in (False, True):
+        played = Played(monkeypatch)
+        rates = np.zeros((1, 3)) if has_gyroscope else np.full((1, 3), np.nan)
+        played.gravity.add(ImuSamples(np.array([START]), rates, FORCE[None]), OFFSET)
+        played.update(0.0)
+        played.update(0.1, SEEN[1])
+        assert len(played.filters) == has_gyroscope
+        assert ('measure' in played.kinds()) is has_gyroscope
+        assert 'approach' not in played.kinds()
