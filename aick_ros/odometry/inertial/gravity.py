@@ -53,7 +53,8 @@ class Gravity:
     """
     Begins the odometry level, and keeps it so.
 
-    Beside a gyroscope it estimates gravity where the odometry is not level, too: for displacements.
+    Beside a gyroscope it estimates gravity where the odometry is not level, too, as displacements
+    need it.
 
     :param settings: noise of the accelerometer.
     :param turn: rotation between two stamps of images [ns] by a gyroscope, 3x3, that takes
