@@ -5,14 +5,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.effort import Effort
+from aick_ros.odometry.inertial.first_force import RotationBetween
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.level import Turn
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
@@ -33,11 +32,10 @@ class Path:
     positions that are uncertain are held by the velocity. It has the scale error of depth, by the
     distance from where the path begins.
 
-    :param turn: rotation between two stamps [ns] by a gyroscope, as for :class:`Gravity`.
+    :param turn: rotation by a gyroscope.
     """
 
-    def __init__(self, settings: Settings,
-                 turn: Callable[[int, int], np.ndarray | None]) -> None:
+    def __init__(self, settings: Settings, turn: RotationBetween) -> None:
         self.gravity = Gravity(settings.imu, turn)
         self._plane = Plane(settings.odometry)
         self._filter = PositionFilter(settings.odometry)

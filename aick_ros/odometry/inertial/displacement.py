@@ -92,7 +92,7 @@ class Displacement:
 
     @property
     def is_followed(self) -> bool:
-        """Whether the last displacement that was asked for was measured up to its end."""
+        """Measurement of the last displacement that was asked for, up to its end."""
         return self._is_followed
 
     def term(self, end: int) -> MotionTerm | None:

@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is up, by an accelerometer, as long as the camera confirms it; the odometry is level."""
+"""Gravity, by an accelerometer, as long as the camera confirms it, and the level frame by that."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -16,8 +15,10 @@ from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.inertial.disagreement import Disagreement
 from aick_ros.odometry.inertial.displacement import Displacement, LastMeasured, Limits
+from aick_ros.odometry.inertial.first_force import (
+    RotationBetween, first_force, tilt_variance, variance)
 from aick_ros.odometry.inertial.force_integral import ForceIntegral
-from aick_ros.odometry.inertial.gravity_filter import GRAVITY, GravityFilter
+from aick_ros.odometry.inertial.gravity_filter import GravityFilter
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.inertial.level import UP, Level, Turn, level_orientation
 from aick_ros.odometry.inertial.sample_check import SampleCheck
@@ -25,15 +26,7 @@ from aick_ros.settings import ImuSettings
 
 _TILT = slice(3, 5)  # by definition: rotations about x and y of a level frame
 _LARGEST_FORCE = 400.0  # m/s^2; chosen: beyond the range of every accelerometer for cameras
-_FIRST = NANOSECONDS // 10  # chosen on two excerpts of real recordings: a hand turns meanwhile
-_TURNED, _STEP = 2 * NANOSECONDS, NANOSECONDS // 50
-"""Longest time of forces that a gyroscope turns, and that of one turn.
-
-Chosen on rendered rooms: a hand's acceleration tilts the start by a third less with 2 s."""
-
 _LONGEST_STEP = 0.2  # s; chosen: a camera turns evenly meanwhile
-_HAND = 0.5  # m/s^2; chosen: acceleration of a camera that is held
-_PLAUSIBLE = 0.5, 1.5  # chosen: force of a camera at the start, by gravity
 _MEMORY = 30.0  # frames; chosen: a second at 30 Hz
 _WRONG, _RIGHT = 0.2, 0.05
 """Shares of them that disagree from which on it is used no more, or again.
@@ -57,12 +50,11 @@ class Gravity:
     need it.
 
     :param settings: noise of the accelerometer.
-    :param turn: rotation between two stamps of images [ns] by a gyroscope, 3x3, that takes
-        directions at the second one to the axes at the first; None where it is not known.
+    :param turn: rotation by a gyroscope.
     """
 
     def __init__(self, settings: ImuSettings,
-                 turn: Callable[[int, int], np.ndarray | None] = lambda start, end: None) -> None:
+                 turn: RotationBetween = lambda start, end: None) -> None:
         self._settings = settings
         self._turn = turn
         self._samples = SampleCheck('accelerometer', 'm/s^2', _LARGEST_FORCE)
@@ -295,45 +287,17 @@ class Gravity:
             is_placed, settings = self._T_camera_imu[:3, 3].any(), self._settings
             is_timed = self._has_gyroscope or settings.time_offset_sigma == 0.0
             self._filter = GravityFilter(
-                settings, force, _variance(force) * np.eye(3), measured,
+                settings, force, variance(force) * np.eye(3), measured,
                 0.0 if is_placed else settings.position_sigma, 0.0 if is_timed else _OFFSET_SIGMA)
 
     def _first_force(self, stamp: int) -> np.ndarray | None:
         """Return the mean force before a frame, 3, in its axes; None: it is not known."""
-        forces = self._forces.recent(stamp + self._offset, _FIRST)
-        if not len(forces) or self._samples.unchanged:
-            return None
-        force = self._turned_force(stamp)
-        if force is None:
-            force = forces.mean(axis=0)
-        low, high = _PLAUSIBLE
-        return force if low < np.linalg.norm(force) / GRAVITY < high else None
-
-    def _turned_force(self, stamp: int) -> np.ndarray | None:
-        """
-        Return the mean force of a longer time before a frame, turned by the gyroscope, 3.
-
-        None where there is no gyroscope, or the turned forces differ more than those that are
-        not: the camera has not confirmed the gyroscope yet.
-        """
-        forces, turned = [], []
-        for end in range(stamp, stamp - _TURNED, -_STEP):
-            turn = self._turn(end - _STEP // 2, stamp)
-            if turn is None:
-                break
-            measured = self._forces.recent(end + self._offset, _STEP)
-            if len(measured):
-                forces.append(measured.mean(axis=0))
-                turned.append(turn.T @ forces[-1])
-        if len(turned) * _STEP <= _FIRST or np.var(turned, axis=0).sum() > np.var(
-                forces, axis=0).sum():
-            return None
-        force: np.ndarray = np.mean(turned, axis=0)
-        return force
+        return None if self._samples.unchanged else first_force(
+            self._forces, self._turn, stamp, self._offset)
 
     def _tilt_variance(self, force: np.ndarray) -> float:
         """Return the variance of roll, and of pitch, by a force that has the bias [rad^2]."""
-        return (_variance(force) + self._settings.accelerometer_bias_sigma ** 2) / GRAVITY ** 2
+        return tilt_variance(force, self._settings.accelerometer_bias_sigma)
 
     def _note(self, agrees: bool) -> None:
         """Note whether a position is the one expected; begin anew, and again, where it is not."""
@@ -355,11 +319,6 @@ def _place_of(known: GravityFilter) -> str:
     x, y, z = known.lever_arm
     return (f'position ({x:.2f}, {y:.2f}, {z:.2f}) m in the camera, to '
             f'{known.lever_arm_sigma:.2f}; ')
-
-
-def _variance(force: np.ndarray) -> float:
-    """Return the variance of each component of a force, 3, as that of gravity [m^2/s^4]."""
-    return _HAND ** 2 + (float(np.linalg.norm(force)) - GRAVITY) ** 2
 
 
 def _added(pose: PoseWithCovariance, before: PoseWithCovariance) -> np.ndarray:
