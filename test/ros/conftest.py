@@ -19,7 +19,7 @@ import pytest
 import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Log
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -27,10 +27,10 @@ from rclpy.logging import LoggingSeverity
 from rclpy.publisher import Publisher
 from rclpy.qos import ReliabilityPolicy
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, Imu
 
 from aick_ros.geometry.camera import Camera
-from aick_ros.ros.conversions import to_stamp
+from aick_ros.ros.conversions import to_stamp, to_time
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 ROOT = Path(__file__).parents[2]
@@ -70,6 +70,14 @@ def wait_until(condition, what, pause=lambda: time.sleep(0.005)):
 def info_message(camera):
     return CameraInfo(width=camera.width, height=camera.height, k=camera.matrix.ravel(),
                       distortion_model=camera.distortion_model, d=camera.distortion)
+
+
+def imu_message(stamp, turn_rate, acceleration):
+    """Return the message of a sample at the colour camera."""
+    sample = Imu(angular_velocity=Vector3(**dict(zip('xyz', turn_rate))),
+                 linear_acceleration=Vector3(**dict(zip('xyz', acceleration))))
+    sample.header.stamp, sample.header.frame_id = to_time(stamp), OPTICAL
+    return sample
 
 
 def in_the_dark(frame):
@@ -157,6 +165,19 @@ class Rig:
         self.depth.publish(depth or self.image_message(
             frame.stamp if frame.depth_stamp is None else frame.depth_stamp, '32FC1',
             frame.depth))
+
+    def offer_imu(self, samples):
+        """Let the node subscribe to an IMU at the colour camera; return what sends its samples."""
+        publisher, rows = self.node.create_publisher(Imu, 'imu', 1000), iter(range(len(samples)))
+        stamps = [int(stamp) for stamp in samples.stamps]
+
+        def send_until(end):
+            for row in rows:
+                publisher.publish(imu_message(
+                    stamps[row], samples.turn_rates[row], samples.accelerations[row]))
+                if stamps[row] > end:  # the first one after it
+                    break
+        return publisher, send_until
 
     def answer(self, stamp):
         """Wait for the odometry of a stamp [ns], as long as any comes, and return it."""

@@ -7,16 +7,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Vector3
-from sensor_msgs.msg import Imu
 
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
-from aick_ros.ros.conversions import from_pose, to_stamp, to_time
+from aick_ros.ros.conversions import from_pose, to_stamp
 from aick_ros.sources.synthetic.imu import IMU_MODELS, imu_samples
 
-OPTICAL = 'camera_rgb_optical_frame'
 MS = 10 ** 6
 BEFORE, AHEAD = 100 * MS, 10 * MS  # samples are there so long before and after an image [ns]
 PUSH = np.array([3.0, 0.0, 0.0])  # m/s^2, until the first image
@@ -33,13 +30,6 @@ def samples(source, all_frames):
         found, accelerations=found.accelerations + np.where(is_pushed, PUSH, 0.0))
 
 
-def message(stamp, turn, force):
-    sample = Imu(angular_velocity=Vector3(**dict(zip('xyz', turn))),
-                 linear_acceleration=Vector3(**dict(zip('xyz', force))))
-    sample.header.stamp, sample.header.frame_id = to_time(int(stamp)), OPTICAL
-    return sample
-
-
 def tilt(T_odom_camera, T_world_camera):
     """Return the angle between z of odom and what is up [deg]."""
     up = (T_odom_camera @ se3.inverse(T_world_camera))[2, 2]
@@ -50,18 +40,14 @@ def tilt(T_odom_camera, T_world_camera):
                          ids=['what is up is known', 'the wait has passed'])
 def test_nothing_is_published_before_and_the_first_pose_is_level(
         rig, start_node, source, all_frames, samples, sigma, wait, most):
-    publisher = rig.node.create_publisher(Imu, 'imu', 1000)
+    publisher, send_imu_until = rig.offer_imu(samples)
     rig.listen_to_tf()
     start_node(wait_imu_to_init='true', wait_level_to_init='true', imu__level_sigma=sigma,
                imu__level_wait=wait, imu__accelerometer_bias_sigma=0.05)
     rig.wait_until(publisher.get_subscription_count, 'the node to subscribe to the IMU')
     rig.send_camera_info(all_frames[0].camera)
-    sent = 0
     for frame in all_frames:
-        while sent < len(samples.stamps) and samples.stamps[sent] <= frame.stamp + AHEAD:
-            publisher.publish(message(samples.stamps[sent], samples.turn_rates[sent],
-                                      samples.accelerations[sent]))
-            sent += 1
+        send_imu_until(frame.stamp + AHEAD)
         rig.send(frame)
     rig.answer(all_frames[-1].stamp)
     stamps = [frame.stamp for frame in all_frames]
