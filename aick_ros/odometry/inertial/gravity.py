@@ -114,6 +114,11 @@ class Gravity:
         return bool(self._samples.unchanged) or self._disagreement.is_suspected
 
     @property
+    def _is_for_displacements(self) -> bool:
+        """Use of what is up for displacements, which need a gyroscope."""
+        return self._has_gyroscope and self._settings.dead_reckoning_sigma > 0.0
+
+    @property
     def estimate(self) -> GravityFilter | None:
         """Copy of gravity, bias, lever arm and time offset; None: they are not estimated yet."""
         known = self._filter  # another thread may forget it meanwhile
@@ -159,7 +164,7 @@ class Gravity:
         """Bias and how well the direction is known, in words."""
         if self._forces.last is None:
             return 'none'
-        if self.start is None and not self._has_gyroscope:
+        if self.start is None and not self._is_for_displacements:
             return 'not used, as odom did not begin level'
         start = '' if self.start is not None else 'odom did not begin level; '
         known = self._filter  # another thread may forget it meanwhile
@@ -251,8 +256,8 @@ class Gravity:
         :param corrected: the pose with it, ``T_odom_camera``, its covariance since the start.
         """
         is_level = self.start is not None and self._settings.gravity
-        if not is_level and not self._has_gyroscope:
-            return  # nothing else needs to know what is up
+        if not is_level and not self._is_for_displacements:
+            return
         elapsed = _LONGEST_STEP if self._stamp is None else seconds(self._stamp, stamp)
         at_imu = measured @ self._T_camera_imu  # it is there that forces are measured
         self._advance(stamp, reference, at_imu)

@@ -160,21 +160,23 @@ def test_a_value_that_never_changes_is_named(recorded):
     assert 'the accelerometer has reported' in gravity.complaint
 
 
-@pytest.mark.parametrize('has_gyroscope', [False, True])
-def test_switched_off_the_odometry_is_not_level(recorded, has_gyroscope):
+@pytest.mark.parametrize('has_gyroscope, sigma, is_estimated', [
+    (False, 0.3, False), (True, 0.3, True), (True, 0.0, False)])
+def test_switched_off_the_odometry_is_not_level(recorded, has_gyroscope, sigma, is_estimated):
     """Beside a gyroscope gravity is estimated all the same: a lost camera is followed by it."""
-    gravity, samples = Gravity(ImuSettings(gravity=False)), recorded.until(START)
+    gravity = Gravity(ImuSettings(gravity=False, dead_reckoning_sigma=sigma))
+    samples = recorded.until(START)
     if not has_gyroscope:
         samples = dataclasses.replace(samples, turn_rates=np.full_like(samples.turn_rates, np.nan))
     gravity.add(samples, 0.0)
     assert gravity.begin(START) is None
     assert gravity.description == (
-        'odom did not begin level; not compared with the camera yet' if has_gyroscope
+        'odom did not begin level; not compared with the camera yet' if is_estimated
         else 'not used, as odom did not begin level')
     pose = PoseWithCovariance(np.eye(4), 1e-6 * np.eye(6))
     gravity.update(START, pose, pose, np.eye(4), pose)
-    assert (gravity.estimate is not None) is has_gyroscope
-    assert ('odom did not begin level; bias' in gravity.description) is has_gyroscope
+    assert (gravity.estimate is not None) is is_estimated
+    assert ('odom did not begin level; bias' in gravity.description) is is_estimated
     np.testing.assert_array_equal(gravity.levelled(pose).matrix, pose.matrix)
 
 

@@ -429,14 +429,16 @@ def test_without_a_frame_or_where_it_is_doubted_there_is_no_displacement(play):
     assert played.gravity.displacement(None, None, 1.0) is None
 
 
-def test_without_a_level_start_a_gyroscope_lets_gravity_be_estimated(monkeypatch):
-    """The level frame stays as it is."""
-    for has_gyroscope in (False, True):
-        played = Played(monkeypatch)
-        rates = np.zeros((1, 3)) if has_gyroscope else np.full((1, 3), np.nan)
-        played.gravity.add(ImuSamples(np.array([START]), rates, FORCE[None]), OFFSET)
-        played.update(0.0)
-        played.update(0.1, SEEN[1])
-        assert len(played.filters) == has_gyroscope
-        assert ('measure' in played.kinds()) is has_gyroscope
-        assert 'approach' not in played.kinds()
+@pytest.mark.parametrize('has_gyroscope, sigma, is_estimated', [
+    (False, 0.3, False), (True, 0.3, True), (True, 0.0, False)])
+def test_without_a_level_start_a_gyroscope_lets_gravity_be_estimated(
+        monkeypatch, has_gyroscope, sigma, is_estimated):
+    """For displacements, if they are used; the level frame stays as it is."""
+    played = Played(monkeypatch, ImuSettings(dead_reckoning_sigma=sigma))
+    rates = np.zeros((1, 3)) if has_gyroscope else np.full((1, 3), np.nan)
+    played.gravity.add(ImuSamples(np.array([START]), rates, FORCE[None]), OFFSET)
+    played.update(0.0)
+    played.update(0.1, SEEN[1])
+    assert len(played.filters) == is_estimated
+    assert ('measure' in played.kinds()) is is_estimated
+    assert 'approach' not in played.kinds()
