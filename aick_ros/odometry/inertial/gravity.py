@@ -27,6 +27,8 @@ from aick_ros.settings import ImuSettings
 _TILT = slice(3, 5)  # by definition: rotations about x and y of a level frame
 _LARGEST_FORCE = 400.0  # m/s^2; chosen: beyond the range of every accelerometer for cameras
 _LONGEST_STEP = 0.2  # s; chosen: a camera turns evenly meanwhile
+_STEP = NANOSECONDS // 25  # chosen likewise, of a camera that is lost
+_UNKNOWN = 0.5  # m/s; chosen: half of the standard deviation of a velocity that is not known
 _MEMORY = 30.0  # frames; chosen: a second at 30 Hz
 _WRONG, _RIGHT = 0.2, 0.05
 """Shares of them that disagree from which on it is used no more, or again.
@@ -142,7 +144,8 @@ class Gravity:
 
         Parameters are as for :class:`Displacement`.
         """
-        if self._stamp is None or self._filter is None or self._is_doubted:
+        if (self._stamp is None or self._filter is None or self._is_doubted
+                or self._filter.velocity_sigma > _UNKNOWN):
             return None
         known = self._filter.copy()  # which goes on with the next frame
         return Displacement(LastMeasured(
@@ -277,14 +280,42 @@ class Gravity:
         offset = self._offset + round(self._filter.time_offset * NANOSECONDS)
         impulse = self._forces.between(self._stamp + offset, stamp + offset,
                                        self._last.rotation, measured.rotation)
-        if impulse is None or impulse.duration > _LONGEST_STEP:
-            self._filter.place(measured)
-            return
-        self._filter.predict(impulse, measured.covariance[3:, 3:])
+        if impulse is not None and impulse.duration <= _LONGEST_STEP:
+            self._filter.predict(impulse, measured.covariance[3:, 3:])
+        else:
+            followed = self._followed(self._filter, stamp, measured, offset)
+            if followed is None:
+                self._filter.place(measured)
+                return
+            self._filter = followed
         agrees = self._filter.measure(measured)
         if not agrees:
             self._filter.place(measured)
         self._note(agrees)
+
+    def _followed(self, known: GravityFilter, stamp: int, measured: PoseWithCovariance,
+                  offset: int) -> GravityFilter | None:
+        """
+        Return the filter at a frame after a longer time, as a loss, turned by the gyroscope.
+
+        :param measured: its pose; other parameters are as for :meth:`_advance`.
+        :param offset: time to add to the stamps of images to get those of the forces [ns].
+        :returns: None: samples are missing.
+        """
+        assert self._stamp is not None  # the filter has begun
+        followed, rotation = known.copy(), self._last.rotation
+        for start in range(self._stamp, stamp, _STEP):
+            end = min(start + _STEP, stamp)
+            turn = self._turn(self._stamp, end)
+            if turn is None:
+                return None
+            turned = measured.rotation if end == stamp else self._last.rotation @ turn
+            impulse = self._forces.between(start + offset, end + offset, rotation, turned)
+            if impulse is None:
+                return None
+            followed.predict(impulse, measured.covariance[3:, 3:])
+            rotation = turned
+        return followed
 
     def _begin_filter(self, stamp: int, measured: PoseWithCovariance) -> None:
         force = self._first_force(stamp)

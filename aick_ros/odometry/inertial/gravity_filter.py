@@ -106,6 +106,11 @@ class GravityFilter:
         return Direction(gravity / length, self.covariance[_G, _G] / length ** 2)
 
     @property
+    def velocity_sigma(self) -> float:
+        """Largest standard deviation of the velocity [m/s]."""
+        return math.sqrt(np.linalg.eigvalsh(self.covariance[_V, _V])[-1])
+
+    @property
     def bias(self) -> np.ndarray:
         """Bias of the forces, 3, in the axes of the camera [m/s^2]."""
         return self.values[_B]

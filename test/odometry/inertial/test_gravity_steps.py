@@ -40,10 +40,15 @@ NEXT_REFERENCE = REFERENCE @ PoseWithCovariance(
 class Filter:
     """A filter of gravity that agrees or not, as it is told."""
 
+    velocity_sigma = 0.1
+
     def __init__(self, played, made_with):
         self._played, self.made_with = played, made_with
         self.up = SimpleNamespace(in_axes=lambda rotation: ('up', rotation))
         self.time_offset = played.late
+
+    def copy(self):
+        return self
 
     def __getattr__(self, method):
         def note(*args):
@@ -408,8 +413,7 @@ def test_the_complaint_says_what_to_check(play):
 def test_a_displacement_begins_at_the_last_frame(play, monkeypatch):
     """By a copy of the filter, which goes on with the next frame that is measured."""
     monkeypatch.setattr('aick_ros.odometry.inertial.gravity.Displacement', lambda *made: made)
-    monkeypatch.setattr(Filter, 'copy', lambda self: SimpleNamespace(time_offset=0.002, of=self),
-                        raising=False)
+    monkeypatch.setattr(Filter, 'copy', lambda self: SimpleNamespace(time_offset=0.002, of=self))
     played, gyroscope = play(3), object()
     played.gravity.add(ImuSamples(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)),
                                   np.array([0.1, 0.2, 0.3])), OFFSET)
@@ -420,6 +424,42 @@ def test_a_displacement_begins_at_the_last_frame(play, monkeypatch):
     assert last.offset == 9_000_000
     np.testing.assert_array_equal(last.position, [0.1, 0.2, 0.3])
     assert forces is played.gravity._forces and used == [gyroscope, 'limits', 4.0]
+
+
+@pytest.mark.parametrize('sigma, known', [(0.49, True), (0.51, False)])
+def test_a_velocity_that_is_not_known_gives_no_displacement(play, monkeypatch, sigma, known):
+    """As after a loss, or where frames are rare."""
+    monkeypatch.setattr('aick_ros.odometry.inertial.gravity.Displacement', lambda *made: made)
+    monkeypatch.setattr(Filter, 'velocity_sigma', sigma)
+    assert (play(3).gravity.displacement(None, None, 1.0) is not None) is known
+
+
+def test_after_a_loss_the_filter_is_followed_by_the_gyroscope(play):
+    """In steps of 40 ms, the last to the pose that is measured; without a turn it is placed."""
+    turns = []
+
+    def turn(start, end):
+        turns.append((start, end))
+        return se3.exp_rotation([0, 0, (end - start) / NANOSECONDS])
+    for known in (None, turn):
+        played = play(2)
+        played.duration = 0.3
+        played.gravity._turn = known or (lambda start, end: None)
+        log = played.update(0.4, SEEN[2])
+        if known is None:
+            assert played.kinds()[:2] == ['between', 'place']
+            continue
+        start, offset = START + NANOSECONDS // 10, played.gravity._offset
+        assert {first for first, _ in turns} == {start}
+        _, *steps = [entry for entry in log if entry[0] == 'between']
+        ms = NANOSECONDS // 1000
+        assert [(first - start - offset, last - first) for _, first, last, *_ in steps] == [
+            (at * ms, min(40, 300 - at) * ms) for at in range(0, 300, 40)]
+        rotations = [(REFERENCE.matrix @ SEEN[index]).rotation for index in (1, 2)]
+        np.testing.assert_allclose(steps[0][3], rotations[0])
+        np.testing.assert_allclose(steps[0][4], rotations[0] @ se3.exp_rotation([0, 0, 0.04]))
+        np.testing.assert_allclose(steps[-1][4], rotations[1])
+        assert played.kinds().count('predict') == len(steps) and 'measure' in played.kinds()
 
 
 def test_without_a_frame_or_where_it_is_doubted_there_is_no_displacement(play):
