@@ -102,17 +102,28 @@ class ExpectedMotion:
         """
         Return the motion of a camera that is not seen: by another odometry, if there is one.
 
-        Where that contradicts the gyroscope, which the camera has confirmed, wheels slip: the
-        rotation is the gyroscope's all the same.
+        Where that contradicts an IMU, which the camera has confirmed, wheels slip: the rotation is
+        the gyroscope's, and the translation, as long as it is known, that of the accelerometer.
         """
-        return self._with_displacement(self._without_displacement(start, end, twist), start, end)
+        motion = self._without_displacement(start, end, twist)
+        agreed = self._agreed(motion, start, end)
+        if agreed is None and self._accelerometer.knows(start, end):
+            agreed = self._agreed(self._by_model(start, end, twist), start, end)
+        return motion if agreed is None else agreed
 
     def _without_displacement(self, start: int, end: int, twist: np.ndarray | None
                               ) -> PoseWithCovariance:
         """Return the motion of a camera that is not seen, without the accelerometer."""
         by_other = self._other.motion(start, end)
-        motion = (self._motion_model.predict(twist, seconds(start, end)) if by_other is None
-                  else self._other.with_slip(by_other))
+        return (self._by_model(start, end, twist) if by_other is None
+                else self._turned(self._other.with_slip(by_other), start, end))
+
+    def _by_model(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance:
+        """Return the motion of the motion model, turned by the gyroscope."""
+        return self._turned(self._motion_model.predict(twist, seconds(start, end)), start, end)
+
+    def _turned(self, motion: PoseWithCovariance, start: int, end: int) -> PoseWithCovariance:
+        """Return a motion with the rotation by the gyroscope, whether it agrees or not."""
         term = self._gyroscope.term(start, end)
         return motion if term is None else term.added_to(motion).pose
 
@@ -177,7 +188,14 @@ class ExpectedMotion:
 
     def _agreed(self, motion: PoseWithCovariance, start: int,
                 end: int) -> PoseWithCovariance | None:
-        """Return the same; None where it does not agree, or there is none."""
+        """
+        Return the same; None where it does not agree, or there is none.
+
+        What is not known up to the end is left to wheels, which go on.
+        """
+        if (self._other.motion(start, end) is not None
+                and not self._accelerometer.knows(start, end)):
+            return None
         term = self._accelerometer.term(start, end)
         fusion = None if term is None else term.added_to(motion)
         return None if fusion is None or not fusion.is_of_noise else fusion.pose

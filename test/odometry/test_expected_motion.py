@@ -55,7 +55,7 @@ class Shifts:
 
     def __init__(self, motion=None, covariance=SHIFT_NOISE):
         self._motion, self._covariance = motion, covariance
-        self.asked = []
+        self.asked, self.is_followed = [], True
 
     def term(self, start, end):
         self.asked.append((start, end))
@@ -63,7 +63,7 @@ class Shifts:
             self._motion, POSITION, self._covariance)
 
     def knows(self, start, end):
-        return self._motion is not None
+        return self._motion is not None and self.is_followed
 
 
 def expected(turns=None, wheels=None, settings=SETTINGS, shifts=None):
@@ -170,6 +170,27 @@ def test_an_imu_moves_by_some_centimetres_and_by_more_than_its_noise(
     noise = sigma ** 2 * np.eye(3)
     assert expected(Turns(turns, noise), MOTION, shifts=Shifts(shifts, noise)).is_moving(
         0, STEP) is is_moving
+
+
+def test_wheels_that_spin_do_not_move_a_camera_whose_imu_knows_better():
+    """Without the camera; what the IMU does not know to the end is left to the wheels."""
+    shift, spinning = [0.012, 0.004, -0.01], se3.exp([0.5, 0, 0, 0, 0, 0])
+    shifts = Shifts(se3.exp([*shift, 0, 0, 0]))
+    model = expected(wheels=spinning, shifts=shifts)
+    motion = model.without_images(0, STEP, TWIST)
+    np.testing.assert_allclose(motion.translation, shift, atol=1e-3)
+    assert_same(motion, expected(shifts=shifts).without_images(0, STEP, TWIST))
+    shifts.is_followed = False
+    motion = model.without_images(0, STEP, TWIST)
+    assert_same(motion, OtherOdometry(SETTINGS).with_slip(spinning))
+
+
+def test_wheels_and_a_displacement_that_agree_count_together():
+    shifts = Shifts(MOTION, 1e-6 * np.eye(3))
+    motion = expected(wheels=MOTION, shifts=shifts).without_images(0, STEP, TWIST)
+    wheels = OtherOdometry(SETTINGS).with_slip(MOTION).covariance[:3, :3]
+    np.testing.assert_allclose(np.linalg.inv(motion.covariance[:3, :3]),
+                               np.linalg.inv(wheels) + 1e6 * np.eye(3), rtol=1e-6)
 
 
 def test_a_displacement_is_no_term_of_what_the_images_show():
