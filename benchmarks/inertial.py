@@ -97,11 +97,15 @@ def rendered(seed: int, count: int, before: Motion = still, after: Motion = stil
     return list(source.frames()), source.ground_truth
 
 
+def with_imu(frames: Frames, change: Callable[[ImuSamples], ImuSamples]) -> Frames:
+    """Return frames with other samples."""
+    return [dataclasses.replace(frame, imu=frame.imu and change(frame.imu)) for frame in frames]
+
+
 def with_rates(frames: Frames, change: Rates) -> Frames:
     """Return frames with other turn rates."""
-    def changed(imu: ImuSamples) -> ImuSamples:
-        return dataclasses.replace(imu, turn_rates=change(imu.turn_rates))
-    return [dataclasses.replace(frame, imu=frame.imu and changed(frame.imu)) for frame in frames]
+    return with_imu(frames, lambda imu: dataclasses.replace(
+        imu, turn_rates=change(imu.turn_rates)))
 
 
 def with_wrong_axes(frames: Frames, seed: int) -> Frames:
@@ -110,11 +114,9 @@ def with_wrong_axes(frames: Frames, seed: int) -> Frames:
     errors = [np.eye(3) + AXES[0] * rng.standard_normal((3, 3)) for _ in range(2)]
     turn = se3.exp_rotation(AXES[1] * rng.standard_normal(3))  # of the whole IMU
     gyroscope, accelerometer = (error @ turn for error in errors)
-
-    def wrong(imu: ImuSamples) -> ImuSamples:
-        return dataclasses.replace(imu, turn_rates=imu.turn_rates @ gyroscope.T,
-                                   accelerations=imu.accelerations @ accelerometer.T)
-    return [dataclasses.replace(frame, imu=frame.imu and wrong(frame.imu)) for frame in frames]
+    return with_imu(frames, lambda imu: dataclasses.replace(
+        imu, turn_rates=imu.turn_rates @ gyroscope.T,
+        accelerations=imu.accelerations @ accelerometer.T))
 
 
 def not_measured(rates: np.ndarray) -> np.ndarray:

@@ -9,6 +9,8 @@ Of six unknowns, NumPy's general solution takes several times as long.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from aick_ros import kernels
@@ -70,6 +72,11 @@ def nonnegative(covariance: np.ndarray) -> np.ndarray:
     variances, axes = np.linalg.eigh(covariance)
     rounded: np.ndarray = axes * np.maximum(variances, 0.0) @ axes.T
     return rounded
+
+
+def largest_sigma(covariance: np.ndarray) -> float:
+    """Return the standard deviation along the direction in which it is largest, of NxN."""
+    return math.sqrt(np.linalg.eigvalsh(covariance)[-1])
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:

@@ -88,7 +88,8 @@ class ExpectedMotion:
         if twist is None or not self._motion_model.holds(seconds(start, end)):
             return self.without_images(start, end, twist)
         motion = self._motion_model.predict(twist, seconds(start, end))
-        return self._with_displacement(self._with_terms(motion, start, end), start, end)
+        motion = self._with_terms(motion, start, end)
+        return self._agreed(motion, start, end) or motion
 
     def steady(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance | None:
         """Return the motion at constant velocity; None: unknown, or what is expected anyway."""
@@ -109,7 +110,7 @@ class ExpectedMotion:
         agreed = self._agreed(motion, start, end)
         if agreed is None and self._accelerometer.knows(start, end):
             agreed = self._agreed(self._by_model(start, end, twist), start, end)
-        return motion if agreed is None else agreed
+        return agreed or motion
 
     def _without_displacement(self, start: int, end: int, twist: np.ndarray | None
                               ) -> PoseWithCovariance:
@@ -180,18 +181,13 @@ class ExpectedMotion:
                 motion = fusion.pose
         return motion
 
-    def _with_displacement(self, motion: PoseWithCovariance, start: int,
-                           end: int) -> PoseWithCovariance:
-        """Return a motion between two stamps [ns] with that by the accelerometer, if it agrees."""
-        agreed = self._agreed(motion, start, end)
-        return motion if agreed is None else agreed
-
     def _agreed(self, motion: PoseWithCovariance, start: int,
                 end: int) -> PoseWithCovariance | None:
         """
-        Return the same; None where it does not agree, or there is none.
+        Return a motion between two stamps [ns] with that by the accelerometer.
 
-        What is not known up to the end is left to wheels, which go on.
+        None where that does not agree, or is not known. What is not known up to the end is
+        left to wheels, which go on.
         """
         if (self._other.motion(start, end) is not None
                 and not self._accelerometer.knows(start, end)):

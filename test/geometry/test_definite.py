@@ -97,3 +97,9 @@ def test_variances_just_below_zero_are_rounded_to_it():
 def test_too_many_equations_are_refused(size, count):
     with pytest.raises(ValueError, match='too many'):
         kernels.solve_definite(np.eye(size), np.ones(size), count)
+
+
+def test_the_largest_standard_deviation_is_that_along_its_own_direction():
+    axes, _ = np.linalg.qr(np.random.default_rng(4).standard_normal((3, 3)))
+    covariance = axes @ np.diag([0.04, 0.25, 0.01]) @ axes.T
+    assert definite.largest_sigma(covariance) == pytest.approx(0.5)

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.geometry import definite, se3
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry.inertial.displacement import Displacement, Limits
 from aick_ros.odometry.inertial.gravity import Gravity
@@ -108,7 +109,6 @@ class Accelerometer:
         """Note a displacement that the camera has measured, 4x4."""
         if term is None:
             return
-        error = term.T_target_source[:3, 3] - seen[:3, 3]
-        distance = float(error @ definite.solve(term.covariance, error)) / len(error)
+        distance = term.added_to(PoseWithCovariance(seen)).squared_distance / len(term.rows)
         self._count = min(self._count + 1, _MEMORY)
         self._mean += (min(distance, _LARGEST) - self._mean) / self._count

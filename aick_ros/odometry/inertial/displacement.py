@@ -15,15 +15,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.geometry import se3
+from aick_ros.geometry import definite, se3
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.stamps import NANOSECONDS, seconds
+from aick_ros.geometry.stamps import seconds
+from aick_ros.odometry.inertial.followed import STEP, Followed
 from aick_ros.odometry.inertial.force_integral import ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GravityFilter
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.motion_term import POSITION, MotionTerm
-
-_STEP = NANOSECONDS // 25  # chosen: a hand turns evenly meanwhile
 
 _NO_COVARIANCE = np.zeros((3, 3))  # by definition: of the rotation, which is added at the end
 
@@ -60,15 +59,6 @@ class Limits:
     speed_sigma: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Reached:
-    """Estimate and rotation of the camera, 3x3, at a stamp [ns]."""
-
-    stamp: int
-    estimate: GravityFilter
-    rotation: np.ndarray
-
-
 class Displacement:
     """
     Follows a camera from the last frame whose pose was measured, as long as it is known where.
@@ -86,7 +76,7 @@ class Displacement:
                  limits: Limits, factor: float = 1.0) -> None:
         self._last, self._forces, self._gyroscope = last, forces, gyroscope
         self._limits, self._factor = limits, factor
-        self._reached = _Reached(last.stamp, last.estimate.from_origin(), last.pose.rotation)
+        self._reached = Followed(last.stamp, last.estimate.from_origin(), last.pose.rotation)
         self._known: tuple[int, MotionTerm] | None = None  # the last stamp and displacement
         self._is_followed = True
 
@@ -101,7 +91,8 @@ class Displacement:
 
         Stamps do not go back.
         """
-        is_certain = self._known is None or _sigma(self._known[1]) <= self._limits.position_sigma
+        is_certain = self._known is None or (
+            definite.largest_sigma(self._known[1].covariance) <= self._limits.position_sigma)
         term = self._measured(end) if is_certain else None
         self._is_followed = term is not None
         if term is not None:
@@ -142,7 +133,7 @@ class Displacement:
         covariance: np.ndarray = arm @ orientation @ arm.T
         return covariance
 
-    def _at(self, end: int) -> _Reached | None:
+    def _at(self, end: int) -> Followed | None:
         """
         Return where the camera is at a stamp [ns]; None where samples are missing.
 
@@ -150,29 +141,18 @@ class Displacement:
         """
         last = self._forces.last
         arrived = end if last is None else min(end, last - self._last.offset)
-        reached: _Reached | None = self._reached
+        reached: Followed | None = self._reached
         while reached is not None and reached.stamp < end:
             reached = self._stepped(reached, end if reached.stamp >= arrived else arrived)
             if reached is not None and reached.stamp <= arrived:
                 self._reached = reached
         return None if reached is None or reached.stamp != end else reached
 
-    def _stepped(self, reached: _Reached, end: int) -> _Reached | None:
+    def _stepped(self, reached: Followed, end: int) -> Followed | None:
         """Return where the camera is a step later, or at a stamp [ns] before that."""
-        stamp, offset = min(end, reached.stamp + _STEP), self._last.offset
+        stamp = min(end, reached.stamp + STEP)
         turned = self._gyroscope.rotation(self._last.stamp, stamp)
         if turned is None:
             return None
-        rotation = self._last.pose.rotation @ turned
-        impulse = self._forces.between(reached.stamp + offset, stamp + offset, reached.rotation,
-                                       rotation)
-        if impulse is None:
-            return None
-        estimate = reached.estimate.copy()
-        estimate.predict(impulse, _NO_COVARIANCE)
-        return _Reached(stamp, estimate, rotation)
-
-
-def _sigma(term: MotionTerm) -> float:
-    """Return the largest standard deviation of a displacement [m]."""
-    return float(np.sqrt(np.linalg.eigvalsh(term.covariance)[-1]))
+        return reached.moved(stamp, self._last.pose.rotation @ turned, self._forces,
+                             self._last.offset, _NO_COVARIANCE)

@@ -10,13 +10,14 @@ import math
 import numpy as np
 
 from aick_ros.frames.imu import ImuSamples
-from aick_ros.geometry import se3
+from aick_ros.geometry import definite, se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.inertial.disagreement import Disagreement
 from aick_ros.odometry.inertial.displacement import Displacement, LastMeasured, Limits
 from aick_ros.odometry.inertial.first_force import (
     RotationBetween, first_force, tilt_variance, variance)
+from aick_ros.odometry.inertial.followed import STEP, Followed
 from aick_ros.odometry.inertial.force_integral import ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GravityFilter
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
@@ -27,7 +28,6 @@ from aick_ros.settings import ImuSettings
 _TILT = slice(3, 5)  # by definition: rotations about x and y of a level frame
 _LARGEST_FORCE = 400.0  # m/s^2; chosen: beyond the range of every accelerometer for cameras
 _LONGEST_STEP = 0.2  # s; chosen: a camera turns evenly meanwhile
-_STEP = NANOSECONDS // 25  # chosen likewise, of a camera that is lost
 _UNKNOWN = 0.5  # m/s; chosen: half of the standard deviation of a velocity that is not known
 _MEMORY = 30.0  # frames; chosen: a second at 30 Hz
 _WRONG, _RIGHT = 0.2, 0.05
@@ -109,7 +109,7 @@ class Gravity:
         known = self._filter  # another thread may forget it meanwhile
         if known is None or self._is_doubted:
             return math.inf
-        return math.sqrt(np.linalg.eigvalsh(known.up.covariance)[-1])
+        return definite.largest_sigma(known.up.covariance)
 
     @property
     def _is_doubted(self) -> bool:
@@ -174,7 +174,7 @@ class Gravity:
         if known is None:
             return f'{start}not compared with the camera yet'
         x, y, z = known.bias
-        sigma = np.degrees(np.sqrt(np.linalg.eigvalsh(known.up.covariance)[-1]))
+        sigma = np.degrees(definite.largest_sigma(known.up.covariance))
         return (f'{start}bias ({x:.2f}, {y:.2f}, {z:.2f}) m/s^2; {_place_of(known)}the direction '
                 f'of gravity is known to {sigma:.2f} deg')
 
@@ -303,19 +303,16 @@ class Gravity:
         :returns: None: samples are missing.
         """
         assert self._stamp is not None  # the filter has begun
-        followed, rotation = known.copy(), self._last.rotation
-        for start in range(self._stamp, stamp, _STEP):
-            end = min(start + _STEP, stamp)
+        followed: Followed | None = Followed(self._stamp, known, self._last.rotation)
+        while followed is not None and followed.stamp < stamp:
+            end = min(followed.stamp + STEP, stamp)
             turn = self._turn(self._stamp, end)
             if turn is None:
                 return None
-            turned = measured.rotation if end == stamp else self._last.rotation @ turn
-            impulse = self._forces.between(start + offset, end + offset, rotation, turned)
-            if impulse is None:
-                return None
-            followed.predict(impulse, measured.covariance[3:, 3:])
-            rotation = turned
-        return followed
+            rotation = measured.rotation if end == stamp else self._last.rotation @ turn
+            followed = followed.moved(end, rotation, self._forces, offset,
+                                      measured.covariance[3:, 3:])
+        return None if followed is None else followed.estimate
 
     def _begin_filter(self, stamp: int, measured: PoseWithCovariance) -> None:
         force = self._first_force(stamp)

@@ -29,7 +29,7 @@ import math
 import numpy as np
 
 from aick_ros import kernels
-from aick_ros.geometry import se3
+from aick_ros.geometry import definite, se3
 from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, measured
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.inertial.force_integral import Impulse
@@ -108,7 +108,7 @@ class GravityFilter:
     @property
     def velocity_sigma(self) -> float:
         """Largest standard deviation of the velocity [m/s]."""
-        return math.sqrt(np.linalg.eigvalsh(self.covariance[_V, _V])[-1])
+        return definite.largest_sigma(self.covariance[_V, _V])
 
     @property
     def bias(self) -> np.ndarray:
@@ -123,7 +123,7 @@ class GravityFilter:
     @property
     def lever_arm_sigma(self) -> float:
         """Largest standard deviation of the lever arm [m]."""
-        return math.sqrt(np.linalg.eigvalsh(self.covariance[_L, _L])[-1])
+        return definite.largest_sigma(self.covariance[_L, _L])
 
     @property
     def time_offset(self) -> float:
