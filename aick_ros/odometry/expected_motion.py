@@ -45,6 +45,7 @@ class ExpectedMotion:
                  accelerometer: Accelerometer) -> None:
         self._motion_model = MotionModel(settings)
         self._gyroscope, self._other, self._accelerometer = gyroscope, other, accelerometer
+        self._slipped_since: int | None = None  # stamp of the last frame measured before that
 
     def is_known(self, start: int, end: int, twist: np.ndarray | None) -> bool:
         """
@@ -105,10 +106,17 @@ class ExpectedMotion:
 
         Where that contradicts an IMU, which the camera has confirmed, wheels slip: the rotation is
         the gyroscope's, and the translation, as long as it is known, that of the accelerometer.
+        From there the wheels go on. They do not count before, as what they slipped by stays.
         """
+        known = self._accelerometer.known_until(start, end)
+        onwards = self._other.motion(known, end) if start < known < end else None
+        if onwards is not None:
+            return self.without_images(start, known, twist) @ self._turned(
+                self._other.with_slip(onwards), known, end)
         motion = self._without_displacement(start, end, twist)
         agreed = self._agreed(motion, start, end)
         if agreed is None and self._accelerometer.knows(start, end):
+            self._slipped_since = start
             agreed = self._agreed(self._by_model(start, end, twist), start, end)
         return agreed or motion
 
@@ -116,8 +124,9 @@ class ExpectedMotion:
                               ) -> PoseWithCovariance:
         """Return the motion of a camera that is not seen, without the accelerometer."""
         by_other = self._other.motion(start, end)
-        return (self._by_model(start, end, twist) if by_other is None
-                else self._turned(self._other.with_slip(by_other), start, end))
+        if by_other is None or start == self._slipped_since:
+            return self._by_model(start, end, twist)
+        return self._turned(self._other.with_slip(by_other), start, end)
 
     def _by_model(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance:
         """Return the motion of the motion model, turned by the gyroscope."""

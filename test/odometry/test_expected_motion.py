@@ -12,7 +12,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.pose_fusion import with_measurement
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.motion_term import POSITION, ROTATION, MotionTerm
@@ -54,16 +54,21 @@ class Shifts:
     """An accelerometer that measures one displacement, and keeps what it was asked for."""
 
     def __init__(self, motion=None, covariance=SHIFT_NOISE):
-        self._motion, self._covariance = motion, covariance
-        self.asked, self.is_followed = [], True
+        self._motion, self.covariance = motion, covariance
+        self.asked, self.is_followed, self.until = [], True, None
 
     def term(self, start, end):
         self.asked.append((start, end))
         return None if self._motion is None else MotionTerm(
-            self._motion, POSITION, self._covariance)
+            self._motion, POSITION, self.covariance)
 
     def knows(self, start, end):
-        return self._motion is not None and self.is_followed
+        return (self._motion is not None and self.is_followed
+                and (self.until is None or end <= self.until))
+
+    def known_until(self, start, end):
+        known = end if self.until is None else min(end, self.until)
+        return known if self._motion is not None and self.is_followed else start
 
 
 def expected(turns=None, wheels=None, settings=SETTINGS, shifts=None):
@@ -181,8 +186,40 @@ def test_wheels_that_spin_do_not_move_a_camera_whose_imu_knows_better():
     np.testing.assert_allclose(motion.translation, shift, atol=1e-3)
     assert_same(motion, expected(shifts=shifts).without_images(0, STEP, TWIST))
     shifts.is_followed = False
-    motion = model.without_images(0, STEP, TWIST)
+    motion = expected(wheels=spinning, shifts=shifts).without_images(0, STEP, TWIST)
     assert_same(motion, OtherOdometry(SETTINGS).with_slip(spinning))
+
+
+def rolling(speed):
+    """Return wheels that move a camera along x at some speed [m/s]."""
+    other = OtherOdometry(SETTINGS)
+    other.begin(lambda start, end: se3.exp([speed * seconds(start, end), 0, 0, 0, 0, 0]))
+    return other
+
+
+def test_wheels_go_on_from_where_a_displacement_ends():
+    """The rotation is the gyroscope's all the time, and noise adds up."""
+    wheels, shifts, turns = rolling(0.5), Shifts(SHIFTED), Turns(MOTION)
+    model = ExpectedMotion(SETTINGS, turns, wheels, shifts)
+    shifts.until = STEP
+    first, motion = (model.without_images(0, end, TWIST) for end in (STEP, 3 * STEP))
+    shifts.until = None
+    on = turns.term(STEP, 3 * STEP).added_to(
+        wheels.with_slip(wheels.motion(STEP, 3 * STEP))).pose
+    assert_same(motion, first @ on)
+
+
+def test_what_wheels_slipped_by_does_not_return_with_a_displacement_that_is_less_exact():
+    """Nor do they move the camera once they roll again; after the next frame they may."""
+    wheels, shifts = rolling(10.0), Shifts(SHIFTED)
+    model = ExpectedMotion(SETTINGS, Turns(), wheels, shifts)
+    alone = expected(shifts=Shifts(SHIFTED, np.eye(3)))
+    model.without_images(0, STEP, TWIST)
+    shifts.covariance = np.eye(3)
+    assert_same(model.without_images(0, 2 * STEP, TWIST),
+                alone.without_images(0, 2 * STEP, TWIST))
+    later = model.without_images(STEP, 2 * STEP, TWIST)
+    assert later.translation[0] > 0.4
 
 
 def test_wheels_and_a_displacement_that_agree_count_together():

@@ -228,6 +228,34 @@ def test_in_the_dark_the_position_goes_on(rendered, updates):
     assert error[True] < 0.2 * error[False]
 
 
+def with_wheels(rendered, spin):
+    """Yield frames with wheels that roll as the camera moves, and spin by so much [m] twice."""
+    frames, poses = rendered
+    indices = {frame.stamp: index for index, frame in enumerate(frames)}
+
+    def rolled(start, end):
+        first, last = indices[start], indices[end]
+        motion = se3.inverse(poses[first]) @ poses[last]
+        motion[2, 3] += spin * sum(first < index <= last for index in DARK[:2])
+        return motion
+
+    for frame in frames:
+        yield frame, rolled
+
+
+def test_wheels_that_spun_in_the_dark_go_on_after_the_accelerometer(rendered):
+    """By what they roll from then on; what they spun by does not become a jump."""
+    settings = Settings(imu=ImuSettings(dead_reckoning_sigma=0.006))
+    odometry, ends = Odometry(settings), []
+    for frame, rolled in with_wheels(rendered, 0.4):
+        update = odometry.register_frame(frame, predict=rolled)
+        ends.append(update.T_odom_camera)
+    true = se3.inverse(rendered[1][DARK[0] - 1]) @ rendered[1][-1]
+    found = se3.inverse(ends[DARK[0] - 1]) @ ends[-1]
+    assert update.predicted
+    assert np.linalg.norm(found[:3, 3] - true[:3, 3]) < 0.01
+
+
 def test_odom_begins_level(rendered, updates):
     first = updates[True][0]
     up = rendered[1][0][:3, :3].T @ [0, 0, 1]

@@ -72,7 +72,7 @@ class Accelerometer:
         if (start != self._gravity.stamp or end <= start or not self._count
                 or not self._limits.position_sigma):
             return None
-        if start != self._start or end < self._end:
+        if start != self._start or (end < self._end and end != self._reached):
             self._displacement = self._gravity.displacement(
                 self._gyroscope, self._limits, self.factor)
             self._start, self._end = start, start
@@ -81,10 +81,19 @@ class Accelerometer:
             self._end = end
         return self._term
 
+    @property
+    def _reached(self) -> int | None:
+        return None if self._displacement is None else self._displacement.reached
+
     def knows(self, start: int, end: int) -> bool:
         """Return whether it has measured the displacement between two stamps [ns] to the end."""
         return (self.term(start, end) is not None
                 and self._displacement is not None and self._displacement.is_followed)
+
+    def known_until(self, start: int, end: int) -> int:
+        """Return up to which stamp it has measured the displacement between two stamps [ns]."""
+        reached = None if self.term(start, end) is None else self._reached
+        return start if reached is None else reached
 
     def learn(self, stamp: int, T_reckoned_camera: np.ndarray) -> None:
         """

@@ -81,6 +81,11 @@ class Displacement:
         self._is_followed = True
 
     @property
+    def reached(self) -> int:
+        """Stamp up to which the camera was followed [ns]."""
+        return self._last.stamp if self._known is None else self._known[0]
+
+    @property
     def is_followed(self) -> bool:
         """Measurement of the last displacement that was asked for, up to its end."""
         return self._is_followed
@@ -89,8 +94,11 @@ class Displacement:
         """
         Return the displacement up to a stamp [ns] as a measurement; None: it is not known.
 
-        Stamps do not go back.
+        Stamps do not go back, but to :attr:`reached`.
         """
+        if self._known is not None and end == self._known[0]:
+            self._is_followed = True
+            return self._known[1]
         is_certain = self._known is None or (
             definite.largest_sigma(self._known[1].covariance) <= self._limits.position_sigma)
         term = self._measured(end) if is_certain else None

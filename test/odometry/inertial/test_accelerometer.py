@@ -37,12 +37,14 @@ class Follower:
 
     def __init__(self, played, factor):
         self._played, self._start, self._factor = played, played.stamp, factor
-        self.is_followed = True
+        self.is_followed, self.reached = True, played.stamp
 
     def term(self, end):
         self._played.asked.append(end)
         elapsed = (end - self._start) / NANOSECONDS
         self.is_followed = elapsed <= 2.0
+        if self.is_followed:
+            self.reached = end
         return MotionTerm(se3.exp([elapsed, 0, 0, 0, 0, 0]), POSITION,
                           self._factor * SIGMA ** 2 * np.eye(3))
 
@@ -114,6 +116,18 @@ def test_where_gravity_is_not_known_nothing_is(played, accelerometer):
 def test_it_knows_what_it_follows(played, accelerometer, start, end, known):
     seen(played, accelerometer)
     assert accelerometer.knows(played.stamp + start * MS, played.stamp + end * MS) is known
+
+
+def test_what_it_has_followed_ends_where_that_is_known(played, accelerometer):
+    """It can be asked for again without being followed again."""
+    seen(played, accelerometer)
+    start = played.stamp
+    assert [accelerometer.known_until(start, start + end * MS) - start
+            for end in (500, 1500, 2500)] == [500 * MS, 1500 * MS, 1500 * MS]
+    assert accelerometer.knows(start, start + 1500 * MS)
+    assert not accelerometer.knows(start, start + 2500 * MS)
+    assert len(played.begun) == 1
+    assert accelerometer.known_until(start - MS, start + MS) == start - MS
 
 
 @pytest.mark.parametrize('interval, used', [(500, True), (1000, True), (1001, False)])

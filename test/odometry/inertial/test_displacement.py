@@ -238,3 +238,14 @@ def test_it_is_followed_until_it_is_not_known_any_more():
     np.testing.assert_array_equal(stays.T_target_source, first.T_target_source)
     np.testing.assert_allclose(stays.covariance - first.covariance,
                                (0.1 * LIMITS.speed_sigma) ** 2 * np.eye(3), atol=1e-12)
+
+
+def test_where_it_was_followed_to_can_be_asked_for_again():
+    follows = Displacement(last_measured(), next(some_forces(START + 300 * MS)), Exact(), LIMITS)
+    assert follows.reached == START
+    known = follows.term(START + 300 * MS)
+    follows.term(START + 600 * MS)
+    assert (follows.reached, follows.is_followed) == (START + 300 * MS, False)
+    again = follows.term(START + 300 * MS)
+    assert follows.is_followed
+    np.testing.assert_array_equal(again.covariance, known.covariance)
