@@ -17,7 +17,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.geometry import se3
 from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.keyframe_graph import KeyframeGraph, RelativePose
 from aick_ros.registration.registrar import Registrar
@@ -27,6 +29,11 @@ from aick_ros.settings import OdometrySettings, Settings
 WITNESSES = 2  # by definition: keyframes that must agree
 _MIN_TRACKED = 0.35  # chosen on rendered rooms: share of the keypoints that must be tracked
 MAX_SIGMA = 0.15  # m; chosen: 3 sigma is less than the spacing of repeated furniture
+_FAR, _MOST_SIGMAS = 0.15, 3.0
+"""Error of the expected position from which on it must be within so many standard deviations [m].
+
+Chosen: less than half of that spacing. What is nearer is not mistaken for another place, and the
+covariance of a long way may well be too small."""
 
 
 class KeyframeSearch:
@@ -88,9 +95,11 @@ class KeyframeSearch:
             self._miss(candidate)
             return ()
         self._pending.pop(0)
-        self._found.append(RelativePose(candidate, self.key, registration.pose))
+        measurement = RelativePose(candidate, self.key, registration.pose)
+        self._found.append(measurement)
         largest = LARGEST_SQUARED_DISTANCES[6 * len(self._found)]
-        if graph.squared_distance(self._found) > largest:
+        if (graph.squared_distance(self._found) > largest
+                or not _is_near(measurement, graph.relative(candidate, self.key))):
             self._pending.clear()
             return ()
         return tuple(self._found) if self.is_finished else ()
@@ -136,6 +145,14 @@ def view_distances(poses: np.ndarray, others: np.ndarray,
     apart: np.ndarray = np.hypot(distances / settings.reuse_distance,
                                  angles / settings.reuse_angle)
     return apart
+
+
+def _is_near(measurement: RelativePose, expected: PoseWithCovariance) -> bool:
+    """Return whether a keyframe is seen from where that is expected, and not one piece beside."""
+    error = se3.difference(measurement.pose.matrix, expected.matrix)[:3]
+    covariance = (measurement.pose.covariance + expected.covariance)[:3, :3]
+    return bool(np.linalg.norm(error) < _FAR
+                or error @ np.linalg.solve(covariance, error) < _MOST_SIGMAS ** 2)
 
 
 def _is_tracked(registration: Registration, source: PreparedFrame, settings: Settings) -> bool:

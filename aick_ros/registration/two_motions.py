@@ -42,11 +42,13 @@ class TwoMotions:
     :param first: number of keypoints that confirm the first one alone.
     :param second: likewise, of the second one.
     :param evidence: that the second one is the camera's; that the first one is where negative.
+    :param alike: number of keypoints that confirm both as well.
     """
 
     first: int
     second: int
     evidence: float
+    alike: int = 0
 
     @classmethod
     def of(cls, first: Registration, second: Registration, expected: np.ndarray,
@@ -60,11 +62,11 @@ class TwoMotions:
         if (first.tracks is None or second.tracks is None or first.fit is None
                 or second.fit is None):
             return None
-        for_first, for_second = _votes((first.tracks.keypoints, second.tracks.keypoints),
-                                       (first.fit, second.fit))
+        (for_first, for_second), alike = _votes(
+            (first.tracks.keypoints, second.tracks.keypoints), (first.fit, second.fit))
         counts = int(for_first.sum()), int(for_second.sum())
         if min(counts) == 0:
-            return cls(*counts, math.copysign(math.inf, counts[1] - counts[0]))
+            return cls(*counts, math.copysign(math.inf, counts[1] - counts[0]), alike)
         depths = [float(np.median(tracks.points[votes, 2])) for tracks, votes in (
             (first.tracks, for_first), (second.tracks, for_second))]
         deviations = [se3.difference(each.T_target_source, expected) / sigmas
@@ -76,7 +78,7 @@ class TwoMotions:
             + _KEYPOINTS * math.log(counts[1] / counts[0]) / _THREE_TIMES
             + _SURFACES * math.log(_share(second.fit) / _share(first.fit)) / _THREE_TIMES
             + _KNOWN * (first.fit.known_share - second.fit.known_share)
-            + _TWICE_AS_FAR * math.log2(depths[1] / depths[0])))
+            + _TWICE_AS_FAR * math.log2(depths[1] / depths[0])), alike)
 
     @property
     def weaker_share(self) -> float:
@@ -90,15 +92,16 @@ class TwoMotions:
                 and self.weaker_share > _LEAST_SHARE)
 
 
-def _votes(keypoints: tuple[np.ndarray, np.ndarray],
-           fits: tuple[Fit, Fit]) -> tuple[np.ndarray, np.ndarray]:
-    """Return which of the keypoints of two poses confirm that one alone, or far better."""
+def _votes(keypoints: tuple[np.ndarray, np.ndarray], fits: tuple[Fit, Fit]
+           ) -> tuple[tuple[np.ndarray, np.ndarray], int]:
+    """Return which keypoints of two poses confirm one alone, or far better, and how many both."""
     _, *common = np.intersect1d(*keypoints, assume_unique=True, return_indices=True)
     votes = np.ones(len(keypoints[0]), bool), np.ones(len(keypoints[1]), bool)
     first, second = (fit.squared_errors[rows] for fit, rows in zip(fits, common))
     votes[0][common[0]] = are_far_smaller(first, second)
     votes[1][common[1]] = are_far_smaller(second, first)
-    return votes
+    alike = int(np.count_nonzero(~votes[0][common[0]] & ~votes[1][common[1]]))
+    return votes, alike
 
 
 def _bias(bias: SensorBias | None) -> float:

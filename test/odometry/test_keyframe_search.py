@@ -108,6 +108,20 @@ def test_after_one_beyond_its_own_gate_no_other_is_sought(square, is_sought):
     assert seeking.is_finished != is_sought
 
 
+@pytest.mark.parametrize('sigma, off, is_accepted', [
+    (0.08, 0.239, True), (0.08, 0.241, False), (0.049, 0.149, True), (0.049, 0.151, False),
+    (0.04, 0.149, True)])
+def test_far_from_where_it_is_expected_a_place_must_be_within_three_sigma(
+        sigma, off, is_accepted):
+    """From 15 cm on, as furniture that is repeated stands at twice that distance and more."""
+    frames = {key: SimpleNamespace(key=key, keypoints=Keypoints()) for key in range(2)}
+    graph = KeyframeGraph(0, PoseWithCovariance.identity())
+    graph.add(1, PoseWithCovariance(np.eye(4), sigma ** 2 * np.eye(6)), 0)
+    seeking, registrar = KeyframeSearch(1, (0,)), FakeRegistrar([0.0, off])
+    seeking.step(graph, frames, registrar, SETTINGS)
+    assert bool(seeking.step(graph, frames, registrar, SETTINGS)) == is_accepted
+
+
 def test_two_that_contradict_each_other_are_not_accepted():
     """Each is within the gate of the drift, three times its standard deviation; both are not."""
     drift = np.sqrt(7) * SIGMA

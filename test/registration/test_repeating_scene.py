@@ -375,9 +375,9 @@ def test_the_motion_expected_is_as_uncertain_as_accelerations_have_been(made):
     assert added[0, 0] / difference[0] ** 2 == pytest.approx(second, rel=1e-6)
 
 
-def two_motions(played, monkeypatch, first, second, evidence):
+def two_motions(played, monkeypatch, first, second, evidence, alike=0):
     """Let two motions be shown; return the registration, and what they were asked for."""
-    asked, motions = [], TwoMotions(first, second, evidence)
+    asked, motions = [], TwoMotions(first, second, evidence, alike)
     monkeypatch.setattr('aick_ros.registration.repeating_scene.TwoMotions', SimpleNamespace(
         of=lambda *of: asked.append(of) or motions))
     found = played.found()
@@ -396,6 +396,19 @@ def test_of_two_motions_the_camera_has_the_one_that_the_evidence_is_for(
     np.testing.assert_array_equal(sigmas, played.sigmas(0.4))
     assert (checked.tracks is played.other.tracked) == is_replaced
     assert (checked is found) != is_replaced
+
+
+@pytest.mark.parametrize('less, is_replaced', [(0, True), (1, False)])
+def test_a_motion_that_half_of_the_keypoints_confirm_too_is_judged_by_the_motion_model(
+        made, monkeypatch, less, is_replaced):
+    """Whatever the evidence is, the scene repeats itself then."""
+    played = Played(made, np.zeros(6))
+    support = played.found().support
+    _, asked = two_motions(played, monkeypatch, 40, 30, -1.0, support // 2 - less)
+    checked = played.check(played.found(), 0.1)
+    assert len(asked) == 1
+    assert (checked.tracks is played.other.tracked) == is_replaced
+    assert ('repeats itself' in checked.reason) == is_replaced
 
 
 @pytest.mark.parametrize('first, second, is_replaced', [

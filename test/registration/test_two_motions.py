@@ -104,6 +104,16 @@ def test_keypoints_of_both_are_for_the_pose_that_they_fit_far_better(poses, erro
         alike.change(which, tracks=tracks, fit=Fit(np.full(40, error), 0.6))
     motions = alike.motions()
     assert (motions.first, motions.second) == votes and not motions.are_confirmed
+    assert motions.alike == 40 - sum(votes)
+
+
+def test_keypoints_of_one_pose_are_not_alike(poses):
+    """Twenty of forty are of both poses, five of them far better of one."""
+    some = poses()
+    tracks = dataclasses.replace(some.both[1].tracks, keypoints=np.arange(40) + 20)
+    some.change(1, tracks=tracks, fit=Fit(np.where(np.arange(40) < 5, 2.1, 0.5), 0.6))
+    motions = some.motions()
+    assert (motions.first, motions.second, motions.alike) == (25, 20, 15)
 
 
 @pytest.mark.parametrize('counts, are_confirmed', [
