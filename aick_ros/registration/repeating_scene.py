@@ -37,11 +37,11 @@ from aick_ros.registration.unexpected_motion import is_continued, is_same, sudde
 from aick_ros.settings import OdometrySettings
 
 _FAR_LIKELIER = 0.9  # chosen: probability from which on the second of two poses is returned
-_SAME_KEYPOINTS = 0.3
-"""Share of a registration's keypoints that confirm another pose as well.
+_SAME_KEYPOINTS, _AS_WELL = 0.5, 0.3
+"""Share of a registration's keypoints that confirm another pose, too, and share that do as well.
 
-Chosen: in rendered rooms that repeat themselves it is 0.44 and more, where objects move or the
-camera is shaken 0.08 at most."""
+Chosen: in rendered rooms that repeat themselves the second is 0.44 and more, unless the other pose
+is rough; where objects move or the camera is shaken it is 0.08 at most."""
 
 
 class RepeatingSceneCheck:
@@ -81,14 +81,14 @@ class RepeatingSceneCheck:
                       sigmas: np.ndarray) -> Registration:
         """Return the registration, or the other pose, by their keypoints and the motion model."""
         motions = TwoMotions.of(found, other.applied_to(found, ''), expected, sigmas)
-        are_alike = motions is not None and motions.alike >= _SAME_KEYPOINTS * found.support
+        are_alike = motions is not None and motions.alike >= _AS_WELL * found.support
         if (motions is not None and not are_alike and other.is_confirmed
                 and motions.are_confirmed):
             return _replaced(found, other) if motions.evidence > 0.0 else found
         confirming = FEWEST_TO_CONFIRM if found.tracks is None else found.support
         if other.is_contradicted and len(other.tracked) > confirming:
             return failed(Status.TOO_FEW_MATCHES, CONTRADICTION)
-        if are_alike:
+        if are_alike or _are_confirmed_by_the_same(found, other):
             return _likelier(found, other, _share_of_second(
                 [se3.difference(pose.T_target_source, expected) / sigmas
                  for pose in (found, other)]))
@@ -101,6 +101,14 @@ def _share_of_second(deviations: list[np.ndarray]) -> float:
     """Return the probability of the second of two deviations, each whitened."""
     first, second = (float(deviation @ deviation) for deviation in deviations)
     return float(1.0 / (1.0 + np.exp(np.clip(0.5 * (second - first), -700.0, 700.0))))
+
+
+def _are_confirmed_by_the_same(found: Registration, other: Refined) -> bool:
+    """Return whether the same keypoints confirm two poses, not some one and some the other."""
+    if found.tracks is None:
+        return False
+    common = np.isin(found.tracks.keypoints, other.tracked.keypoints)
+    return int(common.sum()) >= _SAME_KEYPOINTS * found.support
 
 
 def _likelier(found: Registration, other: Refined, share: float) -> Registration:

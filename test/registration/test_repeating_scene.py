@@ -347,8 +347,18 @@ def test_a_far_likelier_pose_replaces_all_of_a_registration(made):
 
 
 @pytest.mark.parametrize('common, is_alike', [(18, True), (17, False)])
-def test_poses_are_alike_if_three_of_ten_keypoints_confirm_both(made, common, is_alike):
+def test_poses_are_alike_if_three_of_ten_keypoints_confirm_both_as_well(made, common, is_alike):
     played = Played(made, np.zeros(6))
+    found = played.found()
+    found.tracks.keypoints[common:] += 1000
+    assert ('repeats itself' in played.check(found).reason) == is_alike
+
+
+@pytest.mark.parametrize('common, is_alike', [(30, True), (29, False)])
+def test_poses_are_alike_if_half_of_the_keypoints_confirm_both_though_one_of_them_is_rough(
+        made, common, is_alike):
+    played = Played(made, np.zeros(6), tracked=40)
+    played.other = dataclasses.replace(played.other, fit=Fit(np.full(40, 3.0), 0.6))
     found = played.found()
     found.tracks.keypoints[common:] += 1000
     assert ('repeats itself' in played.check(found).reason) == is_alike
