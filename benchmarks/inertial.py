@@ -12,7 +12,7 @@ and for 20 s, in which the bias of the gyroscope becomes known; one that is shak
 one whose driver hangs for the last two of 5 s, so that its images do not change.
 Axes that are off are those that nobody has calibrated, of both sensors: with standard deviations,
 each measures 1 % of all three, and all are turned by 1 deg about each, beside the pose that is
-known of the IMU.
+known of the IMU. One that is mounted wrongly is turned by 5 deg beside that.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ DARK = 3.0, 4.0  # s; the camera turns meanwhile
 FROZEN = 3.0  # s
 
 AXES = 0.01, np.radians(1.0)  # what an axis has of each [rad/rad]; turn of all about each [rad]
+MOUNTED = np.radians(5.0)
 
 Frames = list[RgbdFrame]
 Motion = Callable[[float], np.ndarray]
@@ -119,6 +120,14 @@ def with_wrong_axes(frames: Frames, seed: int) -> Frames:
         accelerations=imu.accelerations @ accelerometer.T))
 
 
+def mounted_wrongly(frames: Frames, seed: int) -> Frames:
+    """Return frames whose IMU is turned about an axis of any direction."""
+    axis = np.random.default_rng([seed, 7]).standard_normal(3)
+    turn = se3.exp_rotation(MOUNTED * axis / np.linalg.norm(axis))
+    return with_imu(frames, lambda imu: dataclasses.replace(
+        imu, turn_rates=imu.turn_rates @ turn.T, accelerations=imu.accelerations @ turn.T))
+
+
 def not_measured(rates: np.ndarray) -> np.ndarray:
     """Return the turn rates of an IMU without a gyroscope."""
     return np.full_like(rates, np.nan)
@@ -181,6 +190,8 @@ def rows(seed: int) -> Iterator[str]:
         yield row(f'{name}:{seed}, no gyroscope', with_rates(frames, not_measured), truth)
         yield row(f'{name}:{seed}, with it', frames, truth)
         yield row(f'{name}:{seed}, its axes off', with_wrong_axes(frames, seed), truth)
+        if name == 'dark turn':
+            yield row(f'{name}:{seed}, mounted wrongly', mounted_wrongly(frames, seed), truth)
     hanging = frozen(handheld[0])
     yield row(f'frozen:{seed}, no IMU', without_imu(hanging), handheld[1])
     yield row(f'frozen:{seed}, with it', hanging, handheld[1])

@@ -15,7 +15,10 @@ from __future__ import annotations
 
 import functools
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
+from unittest import mock
 
 import cv2
 import numpy as np
@@ -27,7 +30,7 @@ from aick_ros.evaluation.scores.motion_consistency import pose_consistency
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.odometry import OdometryUpdate
+from aick_ros.odometry.pose_correction import PoseCorrection
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources import RgbdSource, open_source, raise_damage
@@ -61,20 +64,28 @@ def rendered_walk(kind: str, seed: int, frames: int) -> SyntheticSource:
         seed=seed, frames=frames, rate=RATE, camera=CAMERA), scene, path)
 
 
-def largest_step(updates: list[OdometryUpdate]) -> tuple[float, float]:
-    """Return the largest difference of the pose from the measured motion [m, rad]."""
-    steps = [se3.difference(now.T_odom_camera,
-                            before.T_odom_camera @ now.increment.pose.matrix)
-             for before, now in zip(updates, updates[1:])
-             if now.increment is not None and not now.recovered]
-    return (max(np.linalg.norm(step[:3]) for step in steps),
-            max(np.linalg.norm(step[3:]) for step in steps))
+@contextmanager
+def noted_corrections() -> Iterator[list[np.ndarray]]:
+    """Note by how much each frame corrects the pose, 6 [m, rad], of all that run meanwhile."""
+    steps, approach = [np.zeros(6)], PoseCorrection.approach
+
+    def noted(correction: PoseCorrection, T_odom_camera: np.ndarray,
+              T_reckoned_camera: np.ndarray, interval: float) -> np.ndarray:
+        before = correction.T_odom_reckoned
+        left = approach(correction, T_odom_camera, T_reckoned_camera, interval)
+        steps.append(se3.difference(correction.T_odom_reckoned @ T_reckoned_camera,
+                                    before @ T_reckoned_camera))
+        return left
+
+    with mock.patch.object(PoseCorrection, 'approach', noted):
+        yield steps
 
 
 def row(name: str, variant: str, source: RgbdSource) -> str:
     """Return the row of a Markdown table."""
-    updates, reuses = followed(
-        source.frames(raise_damage), with_values(Settings(), VARIANTS[variant]))
+    with noted_corrections() as steps:
+        updates, reuses = followed(
+            source.frames(raise_damage), with_values(Settings(), VARIANTS[variant]))
     stamps = np.array([update.stamp for update in updates])
     poses = np.array([update.T_odom_camera for update in updates])
     found = [reuse.error(source.ground_truth) for reuse in reuses]
@@ -82,7 +93,8 @@ def row(name: str, variant: str, source: RgbdSource) -> str:
     translations, rotations = errors.relative()
     ate, rpe, turn = (np.sqrt(np.mean(values ** 2))
                       for values in (errors.positions(), translations, rotations))
-    step, step_turn = largest_step(updates)
+    step, step_turn = (max(np.linalg.norm(step[part]) for step in steps)
+                       for part in (slice(3), slice(3, 6)))
     poses_nees = pose_consistency(
         [FrameRecord.of(update) for update in updates], source.ground_truth).joint.nees_mean
     return (f'| {name} | {variant} | {1e3 * ate:.2f} | {1e3 * rpe:.2f} | '

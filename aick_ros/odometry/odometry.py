@@ -227,7 +227,8 @@ class Odometry:
         frame = preparation.frame
         if frame.imu is not None:
             self._gyroscope.add(frame.imu)
-            self._path.gravity.add(frame.imu, self._gyroscope.time_offset)
+            self._path.gravity.add(frame.imu, self._gyroscope.time_offset,
+                                   self._gyroscope.mounting)
         repeat = self._repeat_of(preparation)
         update = None
         if self._references is not None and repeat is Repeat.BOTH:

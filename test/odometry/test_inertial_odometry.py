@@ -256,6 +256,23 @@ def test_wheels_that_spun_in_the_dark_go_on_after_the_accelerometer(rendered):
     assert np.linalg.norm(found[:3, 3] - true[:3, 3]) < 0.01
 
 
+def test_the_mounting_that_the_gyroscope_finds_is_that_of_the_accelerometer(
+        rendered, monkeypatch):
+    """Of an IMU that is turned by 6 deg against its transform."""
+    turn, up = se3.exp_rotation(np.radians([6.0, 0.0, 0.0])), {}
+    for name, mounting in (('as given', np.eye(3)), ('found', turn)):
+        monkeypatch.setattr(Gyroscope, 'mounting', mounting)
+        odometry = Odometry()
+        for frame in rendered[0][:DARK[0]]:
+            odometry.register_frame(dataclasses.replace(frame, imu=frame.imu and (
+                dataclasses.replace(frame.imu,
+                                    accelerations=frame.imu.accelerations @ turn))))
+        up[name] = odometry.gravity.up
+    true = rendered[1][DARK[0] - 1][2, :3]
+    off = {name: np.degrees(np.arccos(found @ true)) for name, found in up.items()}
+    assert off['as given'] - off['found'] > 2.0
+
+
 def test_odom_begins_level(rendered, updates):
     first = updates[True][0]
     up = rendered[1][0][:3, :3].T @ [0, 0, 1]

@@ -10,10 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import kernels
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 
 _MEMORY = 2 * NANOSECONDS  # chosen: frames are rarely farther apart
 _LONGEST_GAP = NANOSECONDS // 20  # chosen: a hand accelerates by some m/s^2 meanwhile
+AS_GIVEN = np.eye(3)
+"""Mounting of samples whose axes are those of the body; by definition."""
+
+_SAME_MOUNTING = 1e-4  # rad; chosen: far less than a camera can show
 _STEP = NANOSECONDS // 100  # chosen: of the stamps for derivatives, as long as the offsets are
 
 
@@ -45,18 +50,31 @@ class ForceIntegral:
 
     def __init__(self) -> None:
         self._stamps, self._forces = np.empty(0, np.int64), np.empty((0, 3))
+        self._mounting = AS_GIVEN
 
     @property
     def last(self) -> int | None:
         """Stamp of the last sample [ns]; None without samples."""
         return int(self._stamps[-1]) if len(self._stamps) else None
 
+    def mount(self, mounting: np.ndarray) -> np.ndarray | None:
+        """
+        Turn the samples by another rotation from their axes to those of the body, 3x3.
+
+        :returns: the rotation of those that are known, 3x3; None: it is hardly another one.
+        """
+        turn: np.ndarray = mounting @ self._mounting.T
+        if se3.angle(turn) < _SAME_MOUNTING:
+            return None
+        self._mounting, self._forces = mounting, self._forces @ turn.T
+        return turn
+
     def add(self, stamps: np.ndarray, forces: np.ndarray) -> None:
         """
         Add samples; one that is not later than the one before begins anew.
 
         :param stamps: of the samples, N int64 [ns].
-        :param forces: Nx3, in the axes of the body [m/s^2].
+        :param forces: Nx3, in their axes [m/s^2].
         """
         if not len(stamps):
             return
@@ -66,7 +84,7 @@ class ForceIntegral:
         if stamps[-1] - stamps[first] > 2 * _MEMORY:
             first += stamps[first:].searchsorted(stamps[-1] - _MEMORY)
         self._stamps = stamps[first:]
-        self._forces = np.concatenate([self._forces, forces])[first:]
+        self._forces = np.concatenate([self._forces, forces @ self._mounting.T])[first:]
 
     def recent(self, end: int, duration: int) -> np.ndarray:
         """Return the forces of some time [ns] up to a stamp [ns], Nx3 in the body's axes."""

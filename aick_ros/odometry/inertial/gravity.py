@@ -18,7 +18,7 @@ from aick_ros.odometry.inertial.displacement import Displacement, LastMeasured, 
 from aick_ros.odometry.inertial.first_force import (
     RotationBetween, first_force, tilt_variance, variance)
 from aick_ros.odometry.inertial.followed import STEP, Followed
-from aick_ros.odometry.inertial.force_integral import ForceIntegral
+from aick_ros.odometry.inertial.force_integral import AS_GIVEN, ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GravityFilter
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.inertial.level import UP, Level, Turn, level_orientation
@@ -178,12 +178,18 @@ class Gravity:
         return (f'{start}bias ({x:.2f}, {y:.2f}, {z:.2f}) m/s^2; {_place_of(known)}the direction '
                 f'of gravity is known to {sigma:.2f} deg')
 
-    def add(self, samples: ImuSamples, time_offset: float) -> None:
+    def add(self, samples: ImuSamples, time_offset: float,
+            mounting: np.ndarray = AS_GIVEN) -> None:
         """
         Add samples; those that cannot be used are dropped.
 
         :param time_offset: added to the stamps of the images to get those of the samples [s].
+        :param mounting: rotation of the axes of the samples to those of the camera, 3x3.
         """
+        turn, known = self._forces.mount(mounting), self._filter
+        if turn is not None and known is not None:
+            axes = self._last.rotation
+            known.turn(axes @ turn @ axes.T)
         self._offset = round(time_offset * NANOSECONDS)
         self._T_camera_imu[:3, 3] = samples.position
         self._has_gyroscope |= bool(np.isfinite(samples.turn_rates).any())

@@ -188,6 +188,14 @@ class GravityFilter:
         self.covariance[_P, _P] += covariance[:3, :3]
         self.covariance[_G, _G] += arm @ covariance[3:, 3:] @ arm.T
 
+    def turn(self, rotation: np.ndarray) -> None:
+        """
+        Turn gravity by a rotation, 3x3, by which the forces that show it were wrong.
+
+        It is right as long as the orientation in which they have shown it has not changed much.
+        """
+        self.values[_G] = rotation @ self.gravity
+
     def measure(self, pose: PoseWithCovariance) -> bool:
         """Update by a position, and return whether it is one of noise; else change nothing."""
         rows = np.eye(3, _SIZE)

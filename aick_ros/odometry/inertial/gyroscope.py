@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from aick_ros.frames.imu import ImuSamples
@@ -25,6 +27,12 @@ _PERSISTENCE = 0.5
 """Time for which the error of the estimated bias stays the same [s].
 
 Chosen on rendered shakes and on rendered recordings by hand, of 5 and of 20 seconds."""
+
+_OWN_AXES = math.radians(1.5)
+"""Rotation of the gyroscope's axes against those of the accelerometer [rad].
+
+Chosen: what is found is a rotation of the whole IMU as far as it exceeds this. So the positions of
+IMUs that nobody has calibrated err no more, and of IMUs that are mounted 5 deg off by a third."""
 
 
 class Gyroscope:
@@ -69,6 +77,13 @@ class Gyroscope:
     def time_offset(self) -> float:
         """Estimated time offset [s]."""
         return self._calibration.offset
+
+    @property
+    def mounting(self) -> np.ndarray:
+        """Rotation of the axes of all samples to those of the camera as it was found, 3x3."""
+        turn = se3.log_rotation(self._calibration.turned)
+        square = float(turn @ turn)
+        return se3.exp_rotation(square / (square + _OWN_AXES ** 2) * turn)
 
     @property
     def dropped(self) -> int:

@@ -98,10 +98,17 @@ class GyroscopeCalibration:
         return self.values[_MATRIX].reshape(3, 3)
 
     @property
+    def turned(self) -> np.ndarray:
+        """Rotation that is part of the matrix, 3x3 (polar decomposition)."""
+        left, _, right = np.linalg.svd(self.matrix)
+        rotation: np.ndarray = left @ right
+        return rotation
+
+    @property
     def axes_correction(self) -> tuple[float, float]:
         """By how much the matrix turns the axes [rad], and scales one at most."""
-        left, scales, right = np.linalg.svd(self.matrix)
-        return se3.angle(left @ right), float(np.abs(scales - 1.0).max())
+        scales = np.linalg.svd(self.matrix, compute_uv=False)
+        return se3.angle(self.turned), float(np.abs(scales - 1.0).max())
 
     def uncertainty(self, turn: Turn) -> np.ndarray:
         """Return the covariance of a rotation by the errors of this calibration, 3x3 [rad^2]."""

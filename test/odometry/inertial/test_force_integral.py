@@ -43,6 +43,20 @@ def test_an_even_turn_gives_the_closed_form():
     assert np.allclose(found.position, FIRST @ twice @ FORCE, atol=2e-5)
 
 
+def test_samples_before_and_after_are_in_the_axes_of_the_mounting():
+    """One that differs by less than a hundredth of a degree is the same."""
+    mounted, once, twice = integral([-5, 10, 20]), *(
+        se3.exp_rotation(turn) for turn in ([0.1, 0.0, 0.2], [0.1, -0.3, 0.2]))
+    np.testing.assert_allclose(mounted.mount(once), once)
+    np.testing.assert_allclose(mounted.mount(twice), twice @ once.T)
+    mounted.add(np.array([30, 45]) * MS, np.array([FORCE, FORCE]))
+    expected = integral([-5, 10, 20, 30, 45], lambda time: twice @ FORCE)
+    found = [each.between(0, 40 * MS, FIRST, FIRST) for each in (mounted, expected)]
+    np.testing.assert_allclose(found[0].velocity, found[1].velocity)
+    assert mounted.mount(se3.exp_rotation([0.9e-4, 0, 0]) @ twice) is None
+    assert mounted.mount(se3.exp_rotation([1.1e-4, 0, 0]) @ twice) is not None
+
+
 def test_a_force_that_grows_is_interpolated_to_both_ends():
     found = integral([-6, 6, 18, 27, 38], lambda time: [time, 0.0, 0.0]).between(
         0, 33 * MS, np.eye(3), np.eye(3))

@@ -197,6 +197,17 @@ def test_a_frame_that_drifts_makes_the_direction_uncertain():
     assert np.allclose(estimate.up.covariance - before, np.radians(1.0) ** 2 * across, atol=1e-9)
 
 
+def test_turned_it_has_another_gravity_and_is_as_it_was():
+    estimate, turn = any_filter(), orientation(0.7)
+    before, covariance, gravity = (
+        estimate.values.copy(), estimate.covariance.copy(), estimate.gravity.copy())
+    estimate.turn(turn)
+    np.testing.assert_allclose(estimate.gravity, turn @ gravity)
+    np.testing.assert_array_equal(np.delete(estimate.values, slice(6, 9)),
+                                  np.delete(before, slice(6, 9)))
+    np.testing.assert_array_equal(estimate.covariance, covariance)
+
+
 def test_placed_it_forgets_the_velocity_but_not_gravity():
     estimate, gravity, *_ = follow(np.random.default_rng(4))
     before = estimate.up

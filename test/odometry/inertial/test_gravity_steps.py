@@ -62,12 +62,12 @@ class Played:
 
     def __init__(self, monkeypatch, settings=SETTINGS):
         self.log, self.filters, self.began, self.agrees = [], [], [], True
-        self.late = 0.0
+        self.late, self.turned = 0.0, None
         self.force, self.duration = FORCE, 0.1
         monkeypatch.setattr('aick_ros.odometry.inertial.gravity.GravityFilter', self._filter)
         self.gravity = Gravity(settings)
         self.gravity._forces = SimpleNamespace(
-            last=START, add=lambda *of: self.log.append(('add', *of)),
+            last=START, add=lambda *of: self.log.append(('add', *of)), mount=self._mount,
             recent=self._recent, between=self._between)
         self.gravity._offset = round(OFFSET * NANOSECONDS)
         self.watch()
@@ -80,6 +80,10 @@ class Played:
     def _filter(self, *made_with):
         self.filters.append(Filter(self, made_with))
         return self.filters[-1]
+
+    def _mount(self, mounting):
+        self.log.append(('mount', mounting))
+        return self.turned
 
     def _recent(self, *of):
         self.log.append(('recent', *of))
@@ -158,12 +162,28 @@ def test_samples_are_added_and_their_clock_is_known(play):
     played.log.clear()
     stamps, forces = np.array([5, 6]) * NANOSECONDS, np.array([[1.0, 2, 3], [4, 5, 6]])
     played.gravity.add(ImuSamples(stamps, np.zeros((2, 3)), forces), -0.02)
-    [(_, added, with_them)] = played.log
+    [(_, mounting), (_, added, with_them)] = played.log
+    np.testing.assert_array_equal(mounting, np.eye(3))  # before a gyroscope shows another one
     np.testing.assert_array_equal(added, stamps)
     np.testing.assert_array_equal(with_them, forces)
     played.log.clear()
     played.gravity.begin(START)
     assert played.log[0][1] == START - 20_000_000
+
+
+def test_where_the_axes_of_the_samples_are_known_better_gravity_is_turned_as_they_are(play):
+    played = play()
+    played.turned, mounting = se3.exp_rotation([0.02, 0.03, -0.01]), se3.exp_rotation([0.1, 0, 0])
+    none = ImuSamples(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)))
+    played.log.clear()
+    played.gravity.add(none, OFFSET, mounting)
+    axes = (REFERENCE.matrix @ SEEN[0]).rotation
+    assert played.kinds() == ['mount', 'turn', 'add'] and played.log[0][1] is mounting
+    np.testing.assert_allclose(played.log[1][1], axes @ played.turned @ axes.T)
+    played.gravity.restart()  # there is no filter then
+    played.log.clear()
+    played.gravity.add(none, OFFSET, mounting)
+    assert played.kinds() == ['mount', 'add']
 
 
 def test_the_filter_begins_with_the_force_in_the_axes_of_the_frame(play):

@@ -91,9 +91,20 @@ def test_a_mount_that_is_turned_and_a_scale_are_learned_and_named():
         r'bias .*; to fit the camera its axes are turned by (.*) deg and scaled by up to (.*) %',
         gyroscope.description).groups())
     assert angle == pytest.approx(1.2, abs=0.1) and percent == pytest.approx(0.8, abs=0.1)
+    np.testing.assert_array_equal(Gyroscope(settings, OdometrySettings()).mounting, np.eye(3))
     term = gyroscope.term(4000 * MS, 5000 * MS)
     true_turn = true.between(4000 * MS, 5000 * MS, np.zeros(3)).rotation
     assert se3.angle(true_turn.T @ term.T_target_source[:3, :3]) < np.radians(0.03)
+
+
+@pytest.mark.parametrize('found, of_all', [(0.0, 0.0), (0.5, 0.05), (1.5, 0.75), (6.0, 5.647)])
+def test_as_far_as_axes_are_turned_further_than_its_own_may_be_the_whole_imu_is(found, of_all):
+    """A small rotation may be the gyroscope's alone."""
+    gyroscope, axis = ready(ImuSettings()), np.array([0.6, 0.0, -0.8])
+    matrix = 1.01 * se3.exp_rotation(np.radians(found) * axis)
+    gyroscope._calibration.values[4:13] = matrix.ravel()
+    np.testing.assert_allclose(np.degrees(se3.log_rotation(gyroscope.mounting)), of_all * axis,
+                               atol=1e-3)
 
 
 def test_of_a_short_turn_the_noise_of_the_gyroscope_limits_what_is_learned():
