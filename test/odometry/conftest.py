@@ -115,7 +115,7 @@ class Parts:
         part = Part(name, self)
         for key, value in {
                 'Registrar': {'preparer': Preparer(Settings()), 'refinements': 0},
-                'Gyroscope': {'time_offset': 0.012},
+                'Gyroscope': {'time_offset': 0.012, 'mounting': 'the mounting found'},
                 'Gravity': {'start': self.start},
                 'KeyframeMemory': {'T_odom_reckoned': self.corrected},
                 'Plane': {'has_base': False},

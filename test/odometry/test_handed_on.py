@@ -147,7 +147,7 @@ def test_what_a_frame_brings_reaches_its_parts_before_it_is_registered(parts, st
     assert parts.asked('Plane', 'mount')[-1][0] is mounted
     assert parts.asked('OtherOdometry', 'begin')[-1] == (predict,)
     assert parts.asked('Gyroscope', 'add') == [(samples,)]
-    assert parts.asked('Gravity', 'add') == [(samples, 0.012)]
+    assert parts.asked('Gravity', 'add') == [(samples, 0.012, 'the mounting found')]
     one.take(0.1)
     assert len(parts.asked('Gyroscope', 'add')) == len(parts.asked('Gravity', 'add')) == 1
     assert parts.asked('Plane', 'mount')[-1] == (None,)
