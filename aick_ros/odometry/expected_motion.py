@@ -45,7 +45,6 @@ class ExpectedMotion:
                  accelerometer: Accelerometer) -> None:
         self._motion_model = MotionModel(settings)
         self._gyroscope, self._other, self._accelerometer = gyroscope, other, accelerometer
-        self._slipped_since: int | None = None  # stamp of the last frame measured before that
 
     def is_known(self, start: int, end: int, twist: np.ndarray | None) -> bool:
         """
@@ -62,7 +61,8 @@ class ExpectedMotion:
 
         Parameters are as for :meth:`without_images`.
         """
-        if self._other.motion(start, end) is not None:
+        onwards = self._wheels_from(start, end)
+        if self._other.motion(start, end) is not None or onwards is not None:
             return True
         return self._accelerometer.knows(start, end) and self._agreed(
             self._without_displacement(start, end, twist), start, end) is not None
@@ -108,23 +108,30 @@ class ExpectedMotion:
         the gyroscope's, and the translation, as long as it is known, that of the accelerometer.
         From there the wheels go on. They do not count before, as what they slipped by stays.
         """
-        known = self._accelerometer.known_until(start, end)
-        onwards = self._other.motion(known, end) if start < known < end else None
+        onwards = self._wheels_from(start, end)
         if onwards is not None:
-            return self.without_images(start, known, twist) @ self._turned(
-                self._other.with_slip(onwards), known, end)
+            known, by_wheels = onwards
+            return self.without_images(start, known, twist) @ by_wheels
         motion = self._without_displacement(start, end, twist)
         agreed = self._agreed(motion, start, end)
         if agreed is None and self._accelerometer.knows(start, end):
-            self._slipped_since = start
             agreed = self._agreed(self._by_model(start, end, twist), start, end)
+            if agreed is not None:
+                self._other.slipped_since = start
         return agreed or motion
+
+    def _wheels_from(self, start: int, end: int) -> tuple[int, PoseWithCovariance] | None:
+        """Return up to where a displacement is known [ns], and the motion by wheels from there."""
+        known = self._accelerometer.known_until(start, end)
+        motion = self._other.motion(known, end) if start < known < end else None
+        return None if motion is None else (
+            known, self._turned(self._other.with_slip(motion), known, end))
 
     def _without_displacement(self, start: int, end: int, twist: np.ndarray | None
                               ) -> PoseWithCovariance:
         """Return the motion of a camera that is not seen, without the accelerometer."""
         by_other = self._other.motion(start, end)
-        if by_other is None or start == self._slipped_since:
+        if by_other is None or start == self._other.slipped_since:
             return self._by_model(start, end, twist)
         return self._turned(self._other.with_slip(by_other), start, end)
 
@@ -196,9 +203,9 @@ class ExpectedMotion:
         Return a motion between two stamps [ns] with that by the accelerometer.
 
         None where that does not agree, or is not known. What is not known up to the end is
-        left to wheels, which go on.
+        left to wheels that have not slipped.
         """
-        if (self._other.motion(start, end) is not None
+        if (self._other.motion(start, end) is not None and start != self._other.slipped_since
                 and not self._accelerometer.knows(start, end)):
             return None
         term = self._accelerometer.term(start, end)

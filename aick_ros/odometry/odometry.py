@@ -142,6 +142,7 @@ class Odometry:
         self._references: References | None = None
         self._gyroscope.restart()
         self._accelerometer.restart()
+        self._other.restart()
         self._keyframes.begin()
         self._tracking.restart()
 

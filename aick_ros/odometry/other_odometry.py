@@ -37,12 +37,18 @@ class OtherOdometry:
     """
 
     def __init__(self, settings: OdometrySettings) -> None:
+        self.slipped_since: int | None = None
+        """Stamp of the last frame that was measured before it slipped unseen [ns]; None: never."""
         self.configure(settings)
         self.begin(no_odometry)
 
     def configure(self, settings: OdometrySettings) -> None:
         """Continue with other settings."""
         self._slip, self._least = settings.guess_slip, settings.guess_sigma
+
+    def restart(self) -> None:
+        """Continue with frames that are measured anew."""
+        self.slipped_since = None
 
     def begin(self, predict: Predict) -> None:
         """Begin a frame, whose motions a function returns."""

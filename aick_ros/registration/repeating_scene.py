@@ -38,7 +38,8 @@ from aick_ros.settings import OdometrySettings
 
 _FAR_LIKELIER = 0.9  # chosen: probability from which on the second of two poses is returned
 _SAME_KEYPOINTS, _AS_WELL = 0.5, 0.3
-"""Share of a registration's keypoints that confirm another pose, too, and share that do as well.
+"""Share of a registration's keypoints that confirm another pose, too; and share, of those of the
+pose that more confirm, that confirm both as well.
 
 Chosen: in rendered rooms that repeat themselves the second is 0.44 and more, unless the other pose
 is rough; where objects move or the camera is shaken it is 0.08 at most."""
@@ -81,7 +82,9 @@ class RepeatingSceneCheck:
                       sigmas: np.ndarray) -> Registration:
         """Return the registration, or the other pose, by their keypoints and the motion model."""
         motions = TwoMotions.of(found, other.applied_to(found, ''), expected, sigmas)
-        are_alike = motions is not None and motions.alike >= _AS_WELL * found.support
+        larger = max(found.support, len(other.tracked))
+        are_alike = (motions is not None and other.is_confirmed
+                     and motions.alike >= max(_AS_WELL * larger, FEWEST_TO_CONFIRM))
         if (motions is not None and not are_alike and other.is_confirmed
                 and motions.are_confirmed):
             return _replaced(found, other) if motions.evidence > 0.0 else found

@@ -222,6 +222,51 @@ def test_what_wheels_slipped_by_does_not_return_with_a_displacement_that_is_less
     assert later.translation[0] > 0.4
 
 
+def test_wheels_that_nothing_but_a_displacement_contradicts_go_on():
+    """That is nonsense where it contradicts all motions; and it does so each time it is asked."""
+    wheels, shifts = rolling(0.5), Shifts(se3.exp([50.0, 0, 0, 0, 0, 0]))
+    model = ExpectedMotion(SETTINGS, Turns(), wheels, shifts)
+    for end in (STEP, STEP, 20 * STEP):
+        assert_same(model.without_images(0, end, TWIST),
+                    wheels.with_slip(wheels.motion(0, end)))
+    assert wheels.slipped_since is None
+
+
+def slipped():
+    """Return wheels that have slipped since stamp 0, and the displacement that shows it."""
+    wheels, shifts = rolling(10.0), Shifts(SHIFTED)
+    ExpectedMotion(SETTINGS, Turns(), wheels, shifts).without_images(0, STEP, TWIST)
+    assert wheels.slipped_since == 0
+    return wheels, shifts
+
+
+def test_where_wheels_that_slipped_do_not_go_on_the_displacement_stays():
+    """As they have no motion from where it ends."""
+    wheels, shifts = slipped()
+    shifts.until = STEP
+    wheels.begin(lambda start, end: None if start else se3.exp([1.0, 0, 0, 0, 0, 0]))
+    motion = ExpectedMotion(SETTINGS, Turns(), wheels, shifts).without_images(0, 3 * STEP, TWIST)
+    np.testing.assert_allclose(motion.translation, SHIFTED[:3, 3], atol=1e-3)
+
+
+def test_begun_anew_wheels_have_not_slipped():
+    wheels, shifts = slipped()
+    wheels.restart()
+    shifts.is_followed = False
+    motion = ExpectedMotion(SETTINGS, Turns(), wheels, shifts).without_images(0, STEP, TWIST)
+    assert_same(motion, wheels.with_slip(wheels.motion(0, STEP)))
+
+
+def test_wheels_that_go_on_measure_the_motion():
+    """Though they know nothing of the time before."""
+    wheels, shifts = OtherOdometry(SETTINGS), Shifts(SHIFTED)
+    wheels.begin(lambda start, end: se3.exp([0.1, 0, 0, 0, 0, 0]) if start else None)
+    shifts.until = STEP
+    assert ExpectedMotion(SETTINGS, Turns(), wheels, shifts).is_measured(0, 3 * STEP, TWIST)
+    wheels.begin(lambda start, end: None)
+    assert not ExpectedMotion(SETTINGS, Turns(), wheels, shifts).is_measured(0, 3 * STEP, TWIST)
+
+
 def test_wheels_and_a_displacement_that_agree_count_together():
     shifts = Shifts(MOTION, 1e-6 * np.eye(3))
     motion = expected(wheels=MOTION, shifts=shifts).without_images(0, STEP, TWIST)

@@ -354,6 +354,19 @@ def test_poses_are_alike_if_three_of_ten_keypoints_confirm_both_as_well(made, co
     assert ('repeats itself' in played.check(found).reason) == is_alike
 
 
+@pytest.mark.parametrize('found, other, common, is_other', [
+    (40, 200, 12, True), (20, 300, 6, True), (13, 4, 4, False), (13, 12, 4, False)])
+def test_of_unequal_poses_the_one_that_more_keypoints_confirm_is_right_though_few_are_alike(
+        made, found, other, common, is_other):
+    """Nor are few keypoints alike enough to replace a pose."""
+    played = Played(made, np.zeros(6), tracked=other)
+    first = played.found(tracked=found)
+    first.tracks.keypoints[common:] += 1000
+    checked = played.check(first, 0.1 if found == 13 else 0.4)
+    assert (checked.tracks is played.other.tracked) == is_other
+    assert 'repeats itself' not in checked.reason
+
+
 @pytest.mark.parametrize('common, is_alike', [(30, True), (29, False)])
 def test_poses_are_alike_if_half_of_the_keypoints_confirm_both_though_one_of_them_is_rough(
         made, common, is_alike):

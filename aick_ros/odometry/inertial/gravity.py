@@ -188,8 +188,7 @@ class Gravity:
         """
         turn, known = self._forces.mount(mounting), self._filter
         if turn is not None and known is not None:
-            axes = self._last.rotation
-            known.turn(axes @ turn @ axes.T)
+            known.turn(turn)
         self._offset = round(time_offset * NANOSECONDS)
         self._T_camera_imu[:3, 3] = samples.position
         self._has_gyroscope |= bool(np.isfinite(samples.turn_rates).any())

@@ -19,18 +19,23 @@ no gyroscope shows it. All else is linear.
 
 A lever arm that is known is added to the positions instead, as one turned by orientations with
 noise would be drawn to zero by it.
+
+Where the axes of the forces are turned against those of the camera is not estimated, as another
+sensor shows it. The derivatives of the estimate by that rotation go along (consider parameters,
+Schmidt 1966), so that the estimate can be corrected once it is known.
 """
 
 from __future__ import annotations
 
 import copy
+import dataclasses
 import math
 
 import numpy as np
 
 from aick_ros import kernels
 from aick_ros.geometry import definite, se3
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, measured
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, KalmanUpdate, measured
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.inertial.force_integral import Impulse
 from aick_ros.odometry.inertial.level import Direction
@@ -80,6 +85,8 @@ class GravityFilter:
         self.covariance[_B, _G] = self.covariance[_G, _B].T
         self.covariance[_L, _L] = lever_arm_sigma ** 2 * np.eye(3)
         self.covariance[_T, _T] = time_offset_sigma ** 2
+        self._by_mounting = np.zeros((_SIZE, 3))  # of the values [1/rad]
+        self._by_mounting[_G] = -pose.rotation @ se3.skew(force)
         self.place(pose)
         self._hold_length()
 
@@ -91,6 +98,7 @@ class GravityFilter:
         """Return a filter that goes on by itself."""
         other = copy.copy(self)
         other.values, other.covariance = self.values.copy(), self.covariance.copy()
+        other._by_mounting = self._by_mounting.copy()
         return other
 
     @property
@@ -146,12 +154,15 @@ class GravityFilter:
         self.covariance[_P, _V], self.covariance[_V, _P] = 0.0, 0.0
         self.covariance[_P, _P] = (
             pose.covariance[:3, :3] + lever_arm[:, _L] @ pose.rotation.T)
+        self._by_mounting[_P] = pose.rotation @ self._by_mounting[_L]
+        self._by_mounting[_V] = 0.0
 
     def from_origin(self) -> GravityFilter:
         """Return a filter that goes on by itself, with a position that is zero, and exact."""
         other = self.copy()
         other.values[_P] = 0.0
         other.covariance[_P], other.covariance[:, _P] = 0.0, 0.0
+        other._by_mounting[_P] = 0.0
         return other
 
     def displacement(self, turned: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -173,14 +184,25 @@ class GravityFilter:
         :param impulse: of the forces in it, by the time offset known so far.
         :param orientation: 3x3, covariance of the orientation in it [rad^2].
         """
-        values, covariance = np.empty(_SIZE), np.empty((_SIZE, _SIZE))
+        predicted = self._predicted(self.values, impulse, orientation)
+        force = impulse.velocity_by_bias.T @ impulse.velocity / impulse.duration ** 2  # its mean
+        for column, across in zip(self._by_mounting.T, se3.skew(force).T):
+            turned = dataclasses.replace(impulse, velocity=-impulse.velocity_by_bias @ across,
+                                         position=-impulse.position_by_bias @ across)
+            column[:], _ = self._predicted(column.copy(), turned, orientation)
+        self.values, self.covariance = predicted
+
+    def _predicted(self, values: np.ndarray, impulse: Impulse,
+                   orientation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return values after an interval, or a derivative of them, and their covariance."""
+        predicted, covariance = np.empty(_SIZE), np.empty((_SIZE, _SIZE))
         kernels.predict_gravity(
-            self.values, self.covariance, impulse.duration, impulse.velocity, impulse.position,
+            values, self.covariance, impulse.duration, impulse.velocity, impulse.position,
             impulse.velocity_by_bias, impulse.position_by_bias,
             impulse.velocity_by_offset, impulse.position_by_offset, orientation,
             self._settings.accelerometer_noise ** 2 + _UNMODELLED ** 2,
-            self._settings.accelerometer_bias_walk ** 2, values, covariance)
-        self.values, self.covariance = values, covariance
+            self._settings.accelerometer_bias_walk ** 2, predicted, covariance)
+        return predicted, covariance
 
     def drift(self, covariance: np.ndarray) -> None:
         """Let the frame of the poses have moved by an error, with its covariance, 6x6."""
@@ -189,24 +211,28 @@ class GravityFilter:
         self.covariance[_G, _G] += arm @ covariance[3:, 3:] @ arm.T
 
     def turn(self, rotation: np.ndarray) -> None:
-        """
-        Turn gravity by a rotation, 3x3, by which the forces that show it were wrong.
-
-        It is right as long as the orientation in which they have shown it has not changed much.
-        """
-        self.values[_G] = rotation @ self.gravity
+        """Correct the estimate by a rotation, 3x3, by which all forces so far were turned."""
+        self.values += self._by_mounting @ se3.log_rotation(rotation)
 
     def measure(self, pose: PoseWithCovariance) -> bool:
         """Update by a position, and return whether it is one of noise; else change nothing."""
         rows = np.eye(3, _SIZE)
         rows[:, _L] = -pose.rotation
         error = pose.translation - rows @ self.values
-        estimate = measured(self.values, self.covariance, rows, pose.covariance[:3, :3], error,
-                            LARGEST_SQUARED_DISTANCES[3])
+        if not self._measured(rows, pose.covariance[:3, :3], error, LARGEST_SQUARED_DISTANCES[3]):
+            return False
+        self._hold_length()
+        return True
+
+    def _measured(self, rows: np.ndarray, noise: np.ndarray, error: np.ndarray,
+                  largest: float = math.inf) -> bool:
+        """Update by a measurement, and return whether it is one of noise."""
+        estimate = measured(self.values, self.covariance, rows, noise, error, largest)
         if estimate is None:
             return False
+        kept = KalmanUpdate.of(self.covariance, rows, noise).kept
+        self._by_mounting = kept @ self._by_mounting
         self.values, self.covariance = estimate
-        self._hold_length()
         return True
 
     def _hold_length(self) -> None:
@@ -229,7 +255,4 @@ class GravityFilter:
         if variance <= known:
             return
         noise = np.array([[variance * known / (variance - known)]])  # that leaves what is known
-        estimate = measured(self.values, self.covariance, row, noise,
-                            np.array([GRAVITY - length - longer]))
-        if estimate is not None:
-            self.values, self.covariance = estimate
+        self._measured(row, noise, np.array([GRAVITY - length - longer]))

@@ -31,8 +31,10 @@ Chosen on rendered shakes and on rendered recordings by hand, of 5 and of 20 sec
 _OWN_AXES = math.radians(1.5)
 """Rotation of the gyroscope's axes against those of the accelerometer [rad].
 
-Chosen: what is found is a rotation of the whole IMU as far as it exceeds this. So the positions of
-IMUs that nobody has calibrated err no more, and of IMUs that are mounted 5 deg off by a third."""
+Chosen: with it the positions of IMUs that nobody has calibrated err no more where a rotation that
+is found counts as that of the whole IMU, and those of IMUs mounted 5 deg off err by a third."""
+
+_KNOWN_MOUNTING = math.radians(0.5) ** 2  # rad^2; chosen: a camera by hand shows it in seconds
 
 
 class Gyroscope:
@@ -49,6 +51,7 @@ class Gyroscope:
         self._integral = RotationIntegral()
         self._samples = SampleCheck('gyroscope', 'rad/s', _LARGEST_RATE)
         self._agreement = Agreement()
+        self._mounting, self._mounting_variance = np.eye(3), math.inf  # [rad^2]
         self.restart()
 
     def restart(self) -> None:
@@ -81,9 +84,7 @@ class Gyroscope:
     @property
     def mounting(self) -> np.ndarray:
         """Rotation of the axes of all samples to those of the camera as it was found, 3x3."""
-        turn = se3.log_rotation(self._calibration.turned)
-        square = float(turn @ turn)
-        return se3.exp_rotation(square / (square + _OWN_AXES ** 2) * turn)
+        return self._mounting
 
     @property
     def dropped(self) -> int:
@@ -177,8 +178,23 @@ class Gyroscope:
         total = covariance + self._noise(turn) + self._calibration.uncertainty(turn)
         if self._agreement.note(error, total, turn):
             self._calibration.learn(start, turn, error, covariance + self._missed(turn))
+            self._find_mounting()
         elif self._agreement.is_to_be_learned_anew:
             self._calibration = GyroscopeCalibration(self._settings)
+
+    def _find_mounting(self) -> None:
+        """
+        Take a rotation of the axes for that of the whole IMU, as far as it is one.
+
+        What was known better before the gyroscope was learned anew stays.
+        """
+        variance = self._calibration.turned_variance
+        if not self._is_used or variance > max(self._mounting_variance, _KNOWN_MOUNTING):
+            return
+        turn = se3.log_rotation(self._calibration.turned)
+        square = float(turn @ turn)
+        share = square / (square + _OWN_AXES ** 2 + variance)
+        self._mounting, self._mounting_variance = se3.exp_rotation(share * turn), variance
 
     def _turn(self, start: int, end: int) -> Turn | None:
         offset = round(self._calibration.offset * NANOSECONDS)

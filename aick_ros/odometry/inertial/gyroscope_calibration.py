@@ -37,6 +37,9 @@ _BIAS, _OFFSET, _MATRIX, _LASTING_ERROR = slice(0, 3), 3, slice(4, 13), slice(13
 _CALIBRATION, _COUNT = slice(0, 13), 16
 """Indices of the values, and their number."""
 
+_ROTATION = 0.5 * np.stack([se3.skew(axis).ravel() for axis in np.eye(3)])
+"""Derivatives of a small rotation by the numbers of its matrix, 3x9; derived."""
+
 _LASTING = 0.7
 """Share of the variance of the camera that frames in a row have in common.
 
@@ -103,6 +106,11 @@ class GyroscopeCalibration:
         left, _, right = np.linalg.svd(self.matrix)
         rotation: np.ndarray = left @ right
         return rotation
+
+    @property
+    def turned_variance(self) -> float:
+        """Variance of that rotation, summed over its axes [rad^2]."""
+        return float(np.trace(_ROTATION @ self.covariance[_MATRIX, _MATRIX] @ _ROTATION.T))
 
     @property
     def axes_correction(self) -> tuple[float, float]:

@@ -42,7 +42,8 @@ def impulse(time, velocity, position, once, twice, by_offset=np.zeros((2, 3))):
     return Impulse(time, velocity, position, once, twice, *by_offset)
 
 
-def follow(rng, count=75, sudden=(), first_sigma=FIRST_SIGMA, lever_arm=np.zeros(3)):
+def follow(rng, count=75, sudden=(), first_sigma=FIRST_SIGMA, lever_arm=np.zeros(3),
+           mounting=np.eye(3)):
     """Return a filter after some frames, and the true gravity and bias."""
     gravity = GRAVITY * se3.exp_rotation([0.3, -0.2, 0]) @ [0, 0, 1]
     bias = SETTINGS.accelerometer_bias_sigma * rng.standard_normal(3)
@@ -56,14 +57,14 @@ def follow(rng, count=75, sudden=(), first_sigma=FIRST_SIGMA, lever_arm=np.zeros
 
     first = gravity + first_sigma * rng.standard_normal(3)
     estimate = GravityFilter(
-        SETTINGS, orientation(0.0).T @ first + bias, first_sigma ** 2 * np.eye(3),
+        SETTINGS, mounting @ (orientation(0.0).T @ first + bias), first_sigma ** 2 * np.eye(3),
         measured(0.0), SETTINGS.position_sigma)
     agreed = []
     for index in range(count):
         turn = orientation(STEP * (index + 0.5))
         acceleration = np.array([np.sin(2.0 * STEP * index), np.cos(3.0 * STEP * index), 0.3])
         noise = SETTINGS.accelerometer_noise / np.sqrt(STEP) * rng.standard_normal(3)
-        force = acceleration + gravity + turn @ bias + noise
+        force = turn @ mounting @ turn.T @ (acceleration + gravity + turn @ bias + noise)
         position = position + STEP * velocity + 0.5 * STEP ** 2 * acceleration
         velocity = velocity + STEP * acceleration
         estimate.predict(impulse(STEP, STEP * force, 0.5 * STEP ** 2 * force, STEP * turn,
@@ -197,15 +198,35 @@ def test_a_frame_that_drifts_makes_the_direction_uncertain():
     assert np.allclose(estimate.up.covariance - before, np.radians(1.0) ** 2 * across, atol=1e-9)
 
 
-def test_turned_it_has_another_gravity_and_is_as_it_was():
-    estimate, turn = any_filter(), orientation(0.7)
-    before, covariance, gravity = (
-        estimate.values.copy(), estimate.covariance.copy(), estimate.gravity.copy())
+@pytest.mark.parametrize('is_held, share', [(False, 0.02), (True, 0.3)])
+@pytest.mark.parametrize('count, sudden', [(1, ()), (20, ()), (75, (30,))])
+def test_turned_it_is_as_if_all_forces_had_been_turned_from_the_start(
+        monkeypatch, count, sudden, is_held, share):
+    """To first order, but for the direction in which the length of gravity is held."""
+    if not is_held:
+        monkeypatch.setattr(GravityFilter, '_hold_length', lambda self: None)
+    turn, arm = se3.exp_rotation([2e-3, -1e-3, 1.5e-3]), np.array([0.1, -0.05, 0.02])
+    right, wrong = (follow(np.random.default_rng(3), count, sudden, lever_arm=arm,
+                           mounting=mounting)[0] for mounting in (np.eye(3), turn.T))
+    off = np.abs(wrong.gravity - right.gravity).max()
+    covariance = wrong.covariance.copy()
+    wrong.turn(turn)
+    assert off > 2e-3
+    np.testing.assert_allclose(wrong.values, right.values, atol=share * off)
+    np.testing.assert_array_equal(wrong.covariance, covariance)
+
+
+def test_a_copy_and_one_from_the_origin_are_turned_by_themselves():
+    turn = se3.exp_rotation([0.02, -0.01, 0.015])
+    estimate = follow(np.random.default_rng(3), 40)[0]
+    before, others = estimate.values.copy(), (estimate.copy(), estimate.from_origin())
+    for other in others:
+        other.turn(turn)
+    np.testing.assert_array_equal(estimate.values, before)
+    np.testing.assert_array_equal(others[0].values[3:], others[1].values[3:])
+    np.testing.assert_array_equal(others[1].values[:3], np.zeros(3))
     estimate.turn(turn)
-    np.testing.assert_allclose(estimate.gravity, turn @ gravity)
-    np.testing.assert_array_equal(np.delete(estimate.values, slice(6, 9)),
-                                  np.delete(before, slice(6, 9)))
-    np.testing.assert_array_equal(estimate.covariance, covariance)
+    np.testing.assert_array_equal(estimate.values, others[0].values)
 
 
 def test_placed_it_forgets_the_velocity_but_not_gravity():

@@ -97,14 +97,39 @@ def test_a_mount_that_is_turned_and_a_scale_are_learned_and_named():
     assert se3.angle(true_turn.T @ term.T_target_source[:3, :3]) < np.radians(0.03)
 
 
-@pytest.mark.parametrize('found, of_all', [(0.0, 0.0), (0.5, 0.05), (1.5, 0.75), (6.0, 5.647)])
-def test_as_far_as_axes_are_turned_further_than_its_own_may_be_the_whole_imu_is(found, of_all):
-    """A small rotation may be the gyroscope's alone."""
-    gyroscope, axis = ready(ImuSettings()), np.array([0.6, 0.0, -0.8])
-    matrix = 1.01 * se3.exp_rotation(np.radians(found) * axis)
-    gyroscope._calibration.values[4:13] = matrix.ravel()
-    np.testing.assert_allclose(np.degrees(se3.log_rotation(gyroscope.mounting)), of_all * axis,
+AXIS = np.array([0.6, 0.0, -0.8])
+
+
+def found_turned(gyroscope, degrees, sigma):
+    """Let the camera show that axes are turned, with a standard deviation in each [deg]."""
+    calibration = gyroscope._calibration
+    calibration.values[4:13] = 1.01 * se3.exp_rotation(np.radians(degrees) * AXIS).ravel()
+    # a rotation is half of the difference of two numbers
+    calibration.covariance[4:13, 4:13] = 2.0 * np.radians(sigma) ** 2 * np.eye(9)
+    gyroscope._find_mounting()
+    return np.degrees(se3.log_rotation(gyroscope.mounting))
+
+
+@pytest.mark.parametrize('found, sigma, of_all', [
+    (0.0, 0.0, 0.0), (0.5, 0.0, 0.05), (1.5, 0.0, 0.75), (6.0, 0.0, 5.647),
+    (6.0, 0.2, 5.629), (1.5, 0.25, 0.72)])
+def test_the_larger_and_the_more_certain_a_rotation_of_axes_the_more_is_of_the_whole_imu(
+        found, sigma, of_all):
+    """A small one may be the gyroscope's alone."""
+    np.testing.assert_allclose(found_turned(ready(ImuSettings()), found, sigma), of_all * AXIS,
                                atol=1e-3)
+
+
+def test_a_mounting_that_is_known_stays_until_another_is_known_as_well():
+    """As while the gyroscope is learned anew; or where it is not used."""
+    gyroscope = ready(ImuSettings())
+    assert 4.0 < np.linalg.norm(found_turned(gyroscope, 5.0, 0.5)) < 4.5
+    known = found_turned(gyroscope, 5.0, 0.1)
+    assert np.linalg.norm(known) > 4.5
+    np.testing.assert_array_equal(found_turned(gyroscope, 1.0, 0.3), known)  # 0.52 about all axes
+    np.testing.assert_array_equal(found_turned(Gyroscope(ImuSettings(), OdometrySettings()),
+                                               5.0, 0.1), np.zeros(3))
+    assert np.linalg.norm(found_turned(gyroscope, 1.0, 0.2)) < 0.4
 
 
 def test_of_a_short_turn_the_noise_of_the_gyroscope_limits_what_is_learned():
