@@ -111,7 +111,8 @@ class ExpectedMotion:
         onwards = self._wheels_from(start, end)
         if onwards is not None:
             known, by_wheels = onwards
-            return self.without_images(start, known, twist) @ by_wheels
+            return self._turned(self.without_images(start, known, twist)
+                                @ self._other.with_slip(by_wheels), start, end)
         motion = self._without_displacement(start, end, twist)
         agreed = self._agreed(motion, start, end)
         if agreed is None and self._accelerometer.knows(start, end):
@@ -120,12 +121,11 @@ class ExpectedMotion:
                 self._other.slipped_since = start
         return agreed or motion
 
-    def _wheels_from(self, start: int, end: int) -> tuple[int, PoseWithCovariance] | None:
+    def _wheels_from(self, start: int, end: int) -> tuple[int, np.ndarray] | None:
         """Return up to where a displacement is known [ns], and the motion by wheels from there."""
         known = self._accelerometer.known_until(start, end)
         motion = self._other.motion(known, end) if start < known < end else None
-        return None if motion is None else (
-            known, self._turned(self._other.with_slip(motion), known, end))
+        return None if motion is None else (known, motion)
 
     def _without_displacement(self, start: int, end: int, twist: np.ndarray | None
                               ) -> PoseWithCovariance:
