@@ -72,6 +72,8 @@ class Learned:
     def _learn(self, measure: Measure, T_target_source: np.ndarray, source: PreparedFrame,
                target: PreparedFrame) -> None:
         self.noise.learn(measure.noise())
+        if source.twist is None or target.twist is None:
+            return  # what a delay does would be taken for a misregistration
         if not self.views.add(target.stamp, T_target_source):
             return
         misalignment = measure.misalignment()

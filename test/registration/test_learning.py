@@ -94,8 +94,8 @@ class Steps:
         self.learned = Learned(self.colour, self.depth, *(Sensed(self.log) for _ in range(4)))
         self.detector = object()
         self.registrar = Registrar(settings, self.times, self.learned, self.detector)
-        self.target = made.prepared(1_000_000_000, depth_lag=0.002)
-        self.source = made.prepared(1_100_000_000, depth_lag=0.004)
+        self.target = made.prepared(1_000_000_000, depth_lag=0.002, twist=np.zeros(6))
+        self.source = made.prepared(1_100_000_000, depth_lag=0.004, twist=np.ones(6))
         self.found = made.registration(bias='a bias', measure=measured(SAMPLE))
         for method in ('register', 'recognize'):
             parts.answers['VerifiedAick', method] = lambda *_: self.found
@@ -280,6 +280,14 @@ def test_a_registration_teaches_noise_and_misalignment_and_gets_systematic_error
     assert delay == pytest.approx(LEARNED_DELAY + 0.003) and sigma == DELAY_SIGMA
 
 
+@pytest.mark.parametrize('which', ['source', 'target'])
+def test_of_frames_whose_velocity_is_not_known_noise_alone_is_learned(steps, which):
+    """As of pairs of frames: what the delay of depth does would seem to be a misregistration."""
+    setattr(steps, which, dataclasses.replace(getattr(steps, which), twist=None))
+    steps.registrar.register(steps.source, steps.target, EXPECTED)
+    assert steps.samples() == ['a noise']
+
+
 def test_a_camera_at_rest_off_its_keyframe_teaches_its_noise_alone(steps, made):
     """Its errors are those of one pair of views, however often it is registered."""
     found = steps.found
@@ -288,7 +296,7 @@ def test_a_camera_at_rest_off_its_keyframe_teaches_its_noise_alone(steps, made):
         steps.found = dataclasses.replace(found, measure=Measure(lambda: 'a noise', pytest.fail))
     assert steps.samples() == ['a noise', SAMPLE, EQUATIONS, 'a noise', 'a noise']
     steps.found = found
-    steps.target = made.prepared(1_050_000_000)
+    steps.target = made.prepared(1_050_000_000, twist=np.zeros(6))
     steps.registrar.register(steps.source, steps.target, EXPECTED)
     assert steps.samples()[5:] == ['a noise', SAMPLE, EQUATIONS]
     steps.found = dataclasses.replace(steps.found, T_target_source=POSE)
@@ -300,7 +308,7 @@ def test_a_camera_at_rest_off_its_keyframe_teaches_its_noise_alone(steps, made):
     ((10, 12), ['a noise', SAMPLE, EQUATIONS]), ((10, 24), ['a noise', SAMPLE])])
 def test_frames_of_two_images_teach_no_distortion(steps, made, size, taught):
     """As before and after the camera has changed its crop."""
-    steps.target = made.prepared(1_000_000_000, size=size)
+    steps.target = made.prepared(1_000_000_000, size=size, twist=np.zeros(6))
     steps.registrar.register(steps.source, steps.target, EXPECTED)
     assert steps.samples() == taught
 
