@@ -25,8 +25,8 @@ ifneq ($(RECORDINGS),)
 export AICK_DATA ?= $(abspath $(RECORDINGS))
 endif
 
-.PHONY: help setup run test test-oldest test-newest lint fuzz mutation bench movers baselines \
-    pcl clean
+.PHONY: help setup run test test-oldest test-newest lint fuzz mutation bench movers lookalikes \
+    baselines pcl clean
 
 help:
 	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
@@ -45,6 +45,8 @@ help:
 	@echo 'make movers           measure errors while objects move through the view, and name what got'
 	@echo '                      worse since the last release (ARGS="--runs 3 --record RELEASE" adds'
 	@echo '                      this one)'
+	@echo 'make lookalikes       follow a camera through 100 rooms that repeat themselves, and fail where'
+	@echo '                      a place is taken for another one (ARGS="--rooms 20 --first 9000")'
 	@echo 'make setup            make .venv, which run, test and lint do by themselves'
 	@echo '                      (PYTHON=python3.12 chooses the interpreter, 3.11 or newer)'
 	@echo 'make baselines        install the other methods of aick benchmark, too (1 GB)'
@@ -90,6 +92,9 @@ bench: setup
 
 movers: setup
 	$(BIN)/python benchmarks/movers.py $(ARGS)
+
+lookalikes: setup
+	$(BIN)/python benchmarks/false_reuses.py $(ARGS)
 
 baselines: setup
 	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \

@@ -10,7 +10,8 @@ In each room one piece of furniture is repeated along a wall every 0.4 to 0.75 m
 (160x120) is moved along it to and fro. The odometry follows it; then its frames are sought among
 each other as if the odometry had drifted, by errors drawn with up to the largest standard
 deviation at which it still searches. A reuse is off if its error is above 5 cm or 3 degrees, and
-false if that is also outside of the 99.7 % ellipsoid of its covariance.
+false if that is also outside of the 99.7 % ellipsoid of its covariance. Where an increment is off
+or a reuse is false the exit code is 1.
 """
 
 from __future__ import annotations
@@ -72,6 +73,13 @@ class Tally:
         self.rooms, self.slips = self.rooms + other.rooms, self.slips + other.slips
         self.searches += other.searches
         self.walk, self.drift = self.walk + other.walk, self.drift + other.drift
+
+    @property
+    def mistakes(self) -> str:
+        """What was mistaken for another place, in words; '' where nothing was."""
+        false = sum(map(is_false, (*self.walk, *self.drift)))
+        return (f'{self.slips} increments are off and {false} reuses are false in {self.rooms} '
+                'rooms; none should be' if self.slips or false else '')
 
     def row(self, name: str) -> tuple[str, ...]:
         """Return the row of a table."""
@@ -156,6 +164,7 @@ def main() -> None:
     counts = ('reuses', 'off', 'false', 'largest error [mm]')
     print(table([('repeated', 'rooms', 'increments off', *counts, 'sought after a drift', *counts),
                  *(tally.row(name) for name, tally in {**kinds, 'all': total}.items())]))
+    sys.exit(total.mistakes or None)
 
 
 if __name__ == '__main__':

@@ -55,6 +55,18 @@ def test_where_a_room_repeats_itself_no_increment_is_off_by_a_piece_of_furniture
     assert false_reuses.walked(room, 8.0, frames).slips == 0
 
 
+def test_one_mistake_is_named(false_reuses):
+    motion = se3.inverse(TRUTH.poses[0]) @ TRUTH.poses[1]
+    wrong = PoseWithCovariance(se3.perturbed(motion, np.array([0.1, 0, 0, 0, 0, 0])),
+                               1e-6 * np.eye(6))
+    error = false_reuses.Reuse(0, NANOSECONDS, wrong).error(TRUTH)
+    assert false_reuses.Tally(rooms=3).mistakes == ''
+    for tally, named in ((false_reuses.Tally(rooms=3, slips=1), '1 increments are off and 0 '),
+                         (false_reuses.Tally(rooms=3, walk=[error]), 'and 1 reuses are false'),
+                         (false_reuses.Tally(rooms=3, drift=[error]), 'and 1 reuses are false')):
+        assert named in tally.mistakes and '3 rooms' in tally.mistakes
+
+
 def test_a_path_without_memory_is_that_of_the_increments(load):
     walks = load(FOLDER / 'returning_walks.py')
     step = PoseWithCovariance(se3.exp([0.1, 0.0, 0.0, 0.0, 0.0, np.pi / 2]), np.eye(6))
