@@ -79,7 +79,8 @@ class Tally:
         """What was mistaken for another place, in words; '' where nothing was."""
         false = sum(map(is_false, (*self.walk, *self.drift)))
         return (f'{self.slips} increments are off and {false} reuses are false in {self.rooms} '
-                'rooms; none should be' if self.slips or false else '')
+                'rooms, and none may be: the lines of the rooms say in which'
+                if self.slips or false else '')
 
     def row(self, name: str) -> tuple[str, ...]:
         """Return the row of a table."""

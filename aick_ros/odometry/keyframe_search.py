@@ -17,7 +17,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.geometry import se3
+from aick_ros.geometry import definite, se3
 from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -152,7 +152,7 @@ def _is_near(measurement: RelativePose, expected: PoseWithCovariance) -> bool:
     error = se3.difference(measurement.pose.matrix, expected.matrix)[:3]
     covariance = (measurement.pose.covariance + expected.covariance)[:3, :3]
     return bool(np.linalg.norm(error) < _FAR
-                or error @ np.linalg.solve(covariance, error) < _MOST_SIGMAS ** 2)
+                or error @ definite.solve(covariance, error) < _MOST_SIGMAS ** 2)
 
 
 def _is_tracked(registration: Registration, source: PreparedFrame, settings: Settings) -> bool:

@@ -10,10 +10,10 @@ so far. So a registration far from the motion expected is refined once more, fro
 the same keypoints confirm both poses, the images do not tell them apart, and the motion model
 does: each is as likely as its acceleration. The variance of the choice adds to the covariance. If
 depth agrees with the keypoints of only one of the two, that one is right: those of the other are
-on an object that moves. If some keypoints confirm one pose and most others the second one, the
-scene does not repeat itself but shows two motions; if few confirm one, the other one is right.
-If depth contradicts the second one nevertheless, the depth of one of the frames is wrong, and
-both poses are rejected.
+on an object that moves. If some keypoints confirm one pose, others the second one, and few of them
+both, the scene does not repeat itself but shows two motions; if few confirm one, the other one is
+right. If depth contradicts the second one nevertheless, the depth of one of the frames is wrong,
+and both poses are rejected.
 """
 
 from __future__ import annotations
@@ -82,12 +82,12 @@ class RepeatingSceneCheck:
                       sigmas: np.ndarray) -> Registration:
         """Return the registration, or the other pose, by their keypoints and the motion model."""
         motions = TwoMotions.of(found, other.applied_to(found, ''), expected, sigmas)
-        larger = max(found.support, len(other.tracked))
-        are_alike = (motions is not None and other.is_confirmed
-                     and motions.alike >= max(_AS_WELL * larger, FEWEST_TO_CONFIRM))
-        if (motions is not None and not are_alike and other.is_confirmed
-                and motions.are_confirmed):
-            return _replaced(found, other) if motions.evidence > 0.0 else found
+        are_alike = False
+        if motions is not None and other.is_confirmed:
+            larger = max(found.support, len(other.tracked))
+            are_alike = motions.alike >= max(_AS_WELL * larger, FEWEST_TO_CONFIRM)
+            if motions.are_confirmed and not are_alike:
+                return _replaced(found, other) if motions.evidence > 0.0 else found
         confirming = FEWEST_TO_CONFIRM if found.tracks is None else found.support
         if other.is_contradicted and len(other.tracked) > confirming:
             return failed(Status.TOO_FEW_MATCHES, CONTRADICTION)

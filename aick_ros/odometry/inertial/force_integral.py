@@ -15,11 +15,11 @@ from aick_ros.geometry.stamps import NANOSECONDS, seconds
 
 _MEMORY = 2 * NANOSECONDS  # chosen: frames are rarely farther apart
 _LONGEST_GAP = NANOSECONDS // 20  # chosen: a hand accelerates by some m/s^2 meanwhile
+_STEP = NANOSECONDS // 100  # chosen: of the stamps for derivatives, as long as the offsets are
+_SAME_MOUNTING = 1e-4  # rad; chosen: far less than a camera can show
+
 AS_GIVEN = np.eye(3)
 """Mounting of samples whose axes are those of the body; by definition."""
-
-_SAME_MOUNTING = 1e-4  # rad; chosen: far less than a camera can show
-_STEP = NANOSECONDS // 100  # chosen: of the stamps for derivatives, as long as the offsets are
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,6 @@ Schmidt 1966), so that the estimate can be corrected once it is known.
 from __future__ import annotations
 
 import copy
-import dataclasses
 import math
 
 import numpy as np
@@ -184,25 +183,27 @@ class GravityFilter:
         :param impulse: of the forces in it, by the time offset known so far.
         :param orientation: 3x3, covariance of the orientation in it [rad^2].
         """
-        predicted = self._predicted(self.values, impulse, orientation)
-        force = impulse.velocity_by_bias.T @ impulse.velocity / impulse.duration ** 2  # its mean
-        for column, across in zip(self._by_mounting.T, se3.skew(force).T):
-            turned = dataclasses.replace(impulse, velocity=-impulse.velocity_by_bias @ across,
-                                         position=-impulse.position_by_bias @ across)
-            column[:], _ = self._predicted(column.copy(), turned, orientation)
-        self.values, self.covariance = predicted
-
-    def _predicted(self, values: np.ndarray, impulse: Impulse,
-                   orientation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return values after an interval, or a derivative of them, and their covariance."""
-        predicted, covariance = np.empty(_SIZE), np.empty((_SIZE, _SIZE))
+        values, covariance = np.empty(_SIZE), np.empty((_SIZE, _SIZE))
         kernels.predict_gravity(
-            values, self.covariance, impulse.duration, impulse.velocity, impulse.position,
+            self.values, self.covariance, impulse.duration, impulse.velocity, impulse.position,
             impulse.velocity_by_bias, impulse.position_by_bias,
             impulse.velocity_by_offset, impulse.position_by_offset, orientation,
             self._settings.accelerometer_noise ** 2 + _UNMODELLED ** 2,
-            self._settings.accelerometer_bias_walk ** 2, predicted, covariance)
-        return predicted, covariance
+            self._settings.accelerometer_bias_walk ** 2, values, covariance)
+        self.values, self.covariance = values, covariance
+        self._predict_by_mounting(impulse)
+
+    def _predict_by_mounting(self, impulse: Impulse) -> None:
+        """Advance the derivatives by the mounting, which changes the force like a bias across."""
+        derivatives, time = self._by_mounting, impulse.duration
+        force = impulse.velocity_by_bias.T @ impulse.velocity / time ** 2  # its mean
+        bias, offset = derivatives[_B] + se3.skew(force), derivatives[_T]
+        derivatives[_P] += (
+            time * derivatives[_V] - 0.5 * time ** 2 * derivatives[_G]
+            - impulse.position_by_bias @ bias + np.outer(impulse.position_by_offset, offset))
+        derivatives[_V] += (
+            - time * derivatives[_G]
+            - impulse.velocity_by_bias @ bias + np.outer(impulse.velocity_by_offset, offset))
 
     def drift(self, covariance: np.ndarray) -> None:
         """Let the frame of the poses have moved by an error, with its covariance, 6x6."""

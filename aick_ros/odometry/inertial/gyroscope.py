@@ -31,8 +31,9 @@ Chosen on rendered shakes and on rendered recordings by hand, of 5 and of 20 sec
 _OWN_AXES = math.radians(1.5)
 """Rotation of the gyroscope's axes against those of the accelerometer [rad].
 
-Chosen: with it the positions of IMUs that nobody has calibrated err no more where a rotation that
-is found counts as that of the whole IMU, and those of IMUs mounted 5 deg off err by a third."""
+Chosen: a rotation that is found and far larger is that of the whole IMU. With it the positions of
+IMUs that nobody has calibrated err no more than with accelerations as the transform gives them,
+and those of IMUs that are mounted 5 deg off a third as much."""
 
 _KNOWN_MOUNTING = math.radians(0.5) ** 2  # rad^2; chosen: a camera by hand shows it in seconds
 
