@@ -76,7 +76,7 @@ class Tally:
 
     @property
     def mistakes(self) -> str:
-        """What was mistaken for another place, in words; '' where nothing was."""
+        """Number of places mistaken for others, in words; '' where there are none."""
         false = sum(map(is_false, (*self.walk, *self.drift)))
         return (f'{self.slips} increments are off and {false} reuses are false in {self.rooms} '
                 'rooms, and none may be: the lines of the rooms say in which'
