@@ -26,7 +26,7 @@ export AICK_DATA ?= $(abspath $(RECORDINGS))
 endif
 
 .PHONY: help setup run test test-oldest test-newest lint fuzz mutation bench movers lookalikes \
-    baselines pcl clean
+    pairs baselines pcl clean
 
 help:
 	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
@@ -47,6 +47,8 @@ help:
 	@echo '                      this one)'
 	@echo 'make lookalikes       follow a camera through 100 rooms that repeat themselves, and fail where'
 	@echo '                      a place is taken for another one (ARGS="--rooms 20 --first 9000")'
+	@echo 'make pairs            register pairs of frames of the recordings in AICK_DATA and of two'
+	@echo '                      rendered cameras, and fail where what is learned of a camera harms'
 	@echo 'make setup            make .venv, which run, test and lint do by themselves'
 	@echo '                      (PYTHON=python3.12 chooses the interpreter, 3.11 or newer)'
 	@echo 'make baselines        install the other methods of aick benchmark, too (1 GB)'
@@ -95,6 +97,10 @@ movers: setup
 
 lookalikes: setup
 	$(BIN)/python benchmarks/false_reuses.py $(ARGS)
+
+pairs: setup
+	$(BIN)/python benchmarks/pairs.py $(or $(ARGS),--frames 100 late:63 raw:64 \
+	    $(dir $(wildcard $(AICK_DATA)/*/rgb.txt)))
 
 baselines: setup
 	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \
