@@ -34,7 +34,7 @@ import numpy as np
 
 from aick_ros import kernels
 from aick_ros.geometry import definite, se3
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, KalmanUpdate, measured
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCES, KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.inertial.force_integral import Impulse
 from aick_ros.odometry.inertial.level import Direction
@@ -228,12 +228,12 @@ class GravityFilter:
     def _measured(self, rows: np.ndarray, noise: np.ndarray, error: np.ndarray,
                   largest: float = math.inf) -> bool:
         """Update by a measurement, and return whether it is one of noise."""
-        estimate = measured(self.values, self.covariance, rows, noise, error, largest)
-        if estimate is None:
+        update = KalmanUpdate.of(self.covariance, rows, noise)
+        if not update.squared_distance(error) <= largest:
             return False
-        kept = KalmanUpdate.of(self.covariance, rows, noise).kept
-        self._by_mounting = kept @ self._by_mounting
-        self.values, self.covariance = estimate
+        self.values = self.values + update.gain @ error
+        self.covariance = update.covariance
+        self._by_mounting = update.kept @ self._by_mounting
         return True
 
     def _hold_length(self) -> None:
