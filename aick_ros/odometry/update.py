@@ -75,8 +75,8 @@ class OdometryUpdate:
             level_start=None if self.level_start is None else self.level_start.copy())
 
     def turned(self, turn: Turn) -> OdometryUpdate:
-        """Return the update in a frame that begins level."""
-        start = self.level_start
+        """Return the update in a frame that begins level, or as without an accelerometer."""
+        start = self.level_start if turn.is_level else None
         return replaced(self, pose=turn.apply(self.pose),
                         level_start=None if start is None else turn.T_level_odom @ start)
 

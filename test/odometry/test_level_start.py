@@ -3,6 +3,7 @@
 
 """A start that is level by what was measured meanwhile, and poses that are held back for it."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -84,6 +85,20 @@ def test_tilts_err_as_their_covariances_say_and_these_are_small(recording, found
         assert np.sqrt(covariance.diagonal().max()) < np.radians(1.2)
         assert np.linalg.eigvalsh(update.pose.covariance)[0] > -1e-15
     assert np.sqrt(as_it_began[0].pose.covariance[3, 3]) > np.radians(4.0)
+
+
+def test_with_an_accelerometer_that_is_wrong_it_begins_as_without_one(recording, found):
+    frames = [dataclasses.replace(frame, imu=dataclasses.replace(
+        frame.imu, accelerations=-frame.imu.accelerations)) for frame in found[0]]
+    odometry = Odometry()
+    updates = list(begun_level(odometry, ImuSettings(), map(odometry.register_frame, frames)))
+    assert 'accelerometer' in odometry.gravity.complaint
+    np.testing.assert_allclose(updates[0].T_odom_camera, np.eye(4), atol=1e-12)
+    assert all(update.level_start is None for update in updates)
+    truth = recording.ground_truth.poses
+    moved = se3.inverse(truth[0]) @ truth[-1]
+    assert np.linalg.norm(se3.difference(updates[-1].T_odom_camera, moved)) < 0.02
+    assert np.sqrt(updates[-1].pose.covariance[3, 3]) < np.radians(1.0)
 
 
 def test_after_the_wait_the_covariance_goes_on_without_a_jump(found):

@@ -30,7 +30,7 @@ directions at the second one to the axes at the first; None where it is not know
 def first_force(forces: ForceIntegral, turn: RotationBetween, stamp: int,
                 offset: int) -> np.ndarray | None:
     """
-    Return the mean force before a frame, 3, in its axes; None: there is none, or it is no gravity.
+    Return the mean force before a frame, 3, in its axes [m/s^2]; None: there is none.
 
     :param stamp: of the frame [ns]; ``offset``: to add to it to get that of the forces [ns].
     """
@@ -40,8 +40,13 @@ def first_force(forces: ForceIntegral, turn: RotationBetween, stamp: int,
     force = _turned_force(forces, turn, stamp, offset)
     if force is None:
         force = recent.mean(axis=0)
+    return force
+
+
+def may_be_gravity(force: np.ndarray) -> bool:
+    """Return whether a force, 3 [m/s^2], may be that of a camera which is hardly accelerated."""
     low, high = _PLAUSIBLE
-    return force if low < np.linalg.norm(force) / GRAVITY < high else None
+    return bool(low < np.linalg.norm(force) / GRAVITY < high)
 
 
 def variance(force: np.ndarray) -> float:

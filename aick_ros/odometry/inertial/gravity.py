@@ -16,7 +16,7 @@ from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.inertial.disagreement import Disagreement
 from aick_ros.odometry.inertial.displacement import Displacement, LastMeasured, Limits
 from aick_ros.odometry.inertial.first_force import (
-    RotationBetween, first_force, tilt_variance, variance)
+    RotationBetween, first_force, may_be_gravity, tilt_variance, variance)
 from aick_ros.odometry.inertial.followed import STEP, Followed
 from aick_ros.odometry.inertial.force_integral import AS_GIVEN, ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GravityFilter
@@ -84,6 +84,8 @@ class Gravity:
         self.start: np.ndarray | None = None
         """Level pose of the first frame, 4x4; None where the odometry is not level."""
         self._disagreement = Disagreement(_MEMORY, _WRONG, _RIGHT)
+        self._agreed_for = 0  # frames, without many that disagree; at most _RETRIED
+        self._no_gravity = 0.0  # length of a first force that is none [m/s^2]
         self.restart()
 
     def restart(self) -> None:
@@ -157,6 +159,9 @@ class Gravity:
         """The contradiction of the samples to gravity or camera; '' where there is none."""
         if self._samples.unchanged:
             return self._samples.unchanged
+        if self._no_gravity:
+            return (f'the accelerometer measures {self._no_gravity:.2f} m/s^2, and gravity is '
+                    '9.8: check that its samples are in m/s^2, not in g')
         if self._disagreement.is_wrong:
             return ('the accelerometer contradicts the motion of the camera: check the pose of '
                     'the IMU in the camera')
@@ -233,12 +238,16 @@ class Gravity:
         All poses since the start turn about the first one, so nothing may have been published.
 
         :param sigma: largest standard deviation of the direction of gravity [rad].
-        :returns: the turn of the poses since :meth:`hold`; None: they stay, as the odometry is
-            not level, or the direction is known less well. Others are as for :meth:`update`.
+        :returns: the turn of the poses since :meth:`hold`, to where they are without an
+            accelerometer if the camera contradicts it; None: they stay, as the odometry is not
+            level, or the direction is known less well. Others are as for :meth:`update`.
         """
         if not self._is_held or self.start is None:
             return None
         self._is_held = False
+        if self._disagreement.is_wrong:
+            turn, self.start = self._level.give_up(se3.inverse(self.start)), None
+            return turn
         if self._filter is None or self.tilt_sigma > sigma:
             return None
         up = self._filter.up.in_axes(T_odom_reckoned[:3, :3])
@@ -264,13 +273,19 @@ class Gravity:
         :param corrected: the pose with it, ``T_odom_camera``, its covariance since the start.
         """
         is_level = self.start is not None and self._settings.gravity
+        if self._no_gravity:
+            self._first_force(stamp)  # as a hand may have shaken it
         if not is_level and not self._is_for_displacements:
             return
         elapsed = _LONGEST_STEP if self._stamp is None else seconds(self._stamp, stamp)
         at_imu = measured @ self._T_camera_imu  # it is there that forces are measured
         self._advance(stamp, reference, at_imu)
         self._stamp, self._last, self._reference = stamp, at_imu, reference
-        if is_level and self._filter is not None and not self._is_doubted and not self._is_held:
+        if not is_level or self._is_held:
+            return
+        if self._disagreement.is_wrong and self._agreed_for < _RETRIED:
+            self._level.doubt()
+        elif self._filter is not None and not self._is_doubted:
             up = self._filter.up.in_axes(T_odom_reckoned[:3, :3])
             self._level.approach(up, corrected, min(elapsed, _LONGEST_STEP))
 
@@ -330,8 +345,13 @@ class Gravity:
 
     def _first_force(self, stamp: int) -> np.ndarray | None:
         """Return the mean force before a frame, 3, in its axes; None: it is not known."""
-        return None if self._samples.unchanged else first_force(
+        force = None if self._samples.unchanged else first_force(
             self._forces, self._turn, stamp, self._offset)
+        if force is None:
+            return None
+        is_gravity = may_be_gravity(force)
+        self._no_gravity = 0.0 if is_gravity else math.hypot(*force)
+        return force if is_gravity else None
 
     def _tilt_variance(self, force: np.ndarray) -> float:
         """Return the variance of roll, and of pitch, by a force that has the bias [rad^2]."""
@@ -340,6 +360,8 @@ class Gravity:
     def _note(self, agrees: bool) -> None:
         """Note whether a position is the one expected; begin anew, and again, where it is not."""
         self._disagreement.note(agrees)
+        if self._agreed_for < _RETRIED:
+            self._agreed_for = 0 if self._disagreement.is_suspected else self._agreed_for + 1
         if self._disagreement.wrong_for % _RETRIED == 1:
             self._filter = None
 

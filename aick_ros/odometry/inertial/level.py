@@ -29,6 +29,11 @@ Chosen on rendered rooms: a turn bends the path. At a degree per second a start 
 second by twenty times; at 0.006 deg per second neither errs by more in 20 s, and a
 start that is 2.4 deg off is level after seven minutes."""
 
+_CONTRADICTED = 1.0
+"""Variance of roll and of pitch by an accelerometer that the camera contradicts [rad^2].
+
+Derived: of a direction at random, which is off by 0 to 180 deg, they are a radian or more."""
+
 
 @dataclass(frozen=True, eq=False)
 class Direction:
@@ -51,16 +56,20 @@ class Turn:
     """
     Turn of the frame of the odometry, about the first pose in it, by which it begins level.
 
+    Or, where what is up turns out to be unknown, as without an accelerometer.
+
     :param T_level_odom: 4x4.
     :param position: of the first pose, 3 [m].
     :param before: 2x2, covariance of its roll and pitch before the turn [rad^2].
     :param after: 2x2, the same after it.
+    :param is_level: whether it begins level.
     """
 
     T_level_odom: np.ndarray
     position: np.ndarray
     before: np.ndarray
     after: np.ndarray
+    is_level: bool = True
 
     def apply(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return a pose of the odometry in the frame; since the start it was not levelled."""
@@ -121,6 +130,24 @@ class Level:
         self._start = position, self._noise + drifted.covariance[_TILT, _TILT]
         self._before = self._since_level(drifted).covariance[_TILT, _TILT]
         return Turn(T_level_odom, position, before, self._start[1])
+
+    def give_up(self, T_first_odom: np.ndarray) -> Turn:
+        """
+        Let the first pose have been no level one, as what is up is not known.
+
+        :param T_first_odom: turn to the frame of a first pose without an accelerometer, 4x4.
+        """
+        assert self._start is not None  # by :meth:`begin`
+        position, before = self._start
+        self._T_drifted_given = T_first_odom
+        self._start, self._noise = None, None
+        return Turn(T_first_odom, position, before, np.zeros((2, 2)), is_level=False)
+
+    def doubt(self) -> None:
+        """Take roll and pitch for unknown: those that were published cannot be turned back."""
+        if self._start is not None:
+            self._start = self._start[0], _CONTRADICTED * np.eye(2)
+        self._noise = None
 
     def apply(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """

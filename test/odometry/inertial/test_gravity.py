@@ -58,7 +58,7 @@ def follow(samples, path=moving, seconds=15, drift=0.4, mounted=lambda second: n
     rng, gravity, rows, before = np.random.default_rng(2), Gravity(ImuSettings()), [], None
     reference, keyframe = PoseWithCovariance.identity(), path(START)
     noise = np.diag(np.repeat([POSITION_SIGMA, ORIENTATION_SIGMA], 3) ** 2)
-    for index in range(seconds * RATE):
+    for index in range(round(seconds * RATE)):
         stamp = START + index * NANOSECONDS // RATE
         gravity.add(samples.until(stamp, before), 0.0, mounted(index / RATE))
         before, truth = stamp, path(stamp)
@@ -156,6 +156,23 @@ def test_wrong_axes_are_named_and_the_motion_stays_as_it_is(recorded, change):
     assert 'contradicts the motion of the camera' in gravity.complaint
     # wrong from the start, but at rest; suspected before it has turned the frame by far
     assert np.ptp(rows[:, 1]) < 1.5
+    covariance = gravity.levelled(PoseWithCovariance.identity()).covariance
+    np.testing.assert_allclose(np.sqrt(covariance.diagonal()[3:5]), 1.0)  # rad
+
+
+def test_a_start_that_is_held_is_as_without_an_accelerometer_that_is_wrong(held):
+    gravity, measured, _ = held(15, lambda forces: -forces)
+    first, before = gravity.start, gravity.levelled(measured)
+    assert gravity.complaint
+    turn = gravity.begin_anew(np.eye(4), measured, np.radians(1.0))
+    assert gravity.start is None and not gravity.is_held and not turn.is_level
+    np.testing.assert_allclose(turn.T_level_odom @ first, np.eye(4), atol=1e-12)
+    after = gravity.levelled(measured)
+    np.testing.assert_allclose(after.matrix, se3.inverse(first) @ before.matrix, atol=1e-12)
+    found = turn.apply(before)
+    np.testing.assert_allclose(found.matrix, after.matrix, atol=1e-12)
+    assert np.degrees(np.sqrt(found.covariance[3:5, 3:5].diagonal().max())) < 0.5
+    np.testing.assert_allclose(found.covariance, after.covariance, atol=1e-9)
 
 
 @pytest.mark.parametrize('change', [np.zeros_like, lambda a: a / 9.81, lambda a: a * np.nan],
@@ -164,6 +181,22 @@ def test_what_is_no_gravity_does_not_level(recorded, change):
     rows, gravity = follow(changed(recorded, change), seconds=2, drift=0.0)
     assert gravity.start is None
     assert np.array_equal(rows[:, 0], rows[:, 1])
+
+
+def test_an_accelerometer_in_g_is_named(recorded):
+    in_g = changed(recorded, lambda forces: forces / 9.81)
+    _, gravity = follow(in_g, seconds=1, drift=0.0)
+    assert gravity.complaint.startswith('the accelerometer measures 1.0')
+    assert gravity.complaint.endswith(
+        'm/s^2, and gravity is 9.8: check that its samples are in m/s^2, not in g')
+
+
+def test_a_camera_that_was_shaken_at_the_start_is_not_complained_of_for_long(recorded):
+    begun = recorded.stamps < START + NANOSECONDS // 2
+    shaken = dataclasses.replace(recorded, accelerations=np.where(
+        begun[:, None], 2.0, 1.0) * recorded.accelerations)
+    assert 'measures 1' in follow(shaken, seconds=0.4, drift=0.0)[1].complaint
+    assert follow(shaken, seconds=2, drift=0.0)[1].complaint == ''
 
 
 def test_a_value_that_never_changes_is_named(recorded):
@@ -329,12 +362,12 @@ def held():
     samples = imu_samples(moving, START - NANOSECONDS // 2, START + 15 * NANOSECONDS, model,
                           np.random.default_rng(4))
 
-    def begun(seconds):
+    def begun(seconds, change=lambda forces: forces):
         gravity, before, reference = Gravity(ImuSettings()), None, None
         noise = np.diag(np.repeat([POSITION_SIGMA, ORIENTATION_SIGMA], 3) ** 2)
         gravity.hold()
         for stamp in range(START, START + seconds * NANOSECONDS, NANOSECONDS // RATE):
-            gravity.add(samples.until(stamp, before), 0.0)
+            gravity.add(changed(samples.until(stamp, before), change), 0.0)
             before, reference = stamp, reference or gravity.begin(stamp)
             seen = PoseWithCovariance(se3.inverse(moving(START)) @ moving(stamp), noise)
             measured = reference @ seen

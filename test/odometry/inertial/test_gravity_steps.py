@@ -62,6 +62,7 @@ class Played:
 
     def __init__(self, monkeypatch, settings=SETTINGS):
         self.log, self.filters, self.began, self.agrees = [], [], [], True
+        self.doubted = []
         self.late, self.turned = 0.0, None
         self.force, self.duration = FORCE, 0.1
         monkeypatch.setattr('aick_ros.odometry.inertial.gravity.GravityFilter', self._filter)
@@ -75,6 +76,7 @@ class Played:
     def watch(self):
         self.gravity._level = SimpleNamespace(
             begin=lambda *at: self.began.append(at),
+            doubt=lambda: self.doubted.append(len(self.filters)),
             approach=lambda *to: self.log.append(('approach', *to)))
 
     def _filter(self, *made_with):
@@ -183,6 +185,21 @@ def test_where_the_axes_of_the_samples_are_known_better_the_filter_is_corrected(
     played.log.clear()
     played.gravity.add(none, OFFSET, mounting)
     assert played.kinds() == ['mount', 'add']
+
+
+@pytest.mark.parametrize('agreeing, is_doubted', [(60, True), (100, False)])
+def test_a_start_is_doubted_where_the_camera_contradicts_it_before_it_was_confirmed(
+        play, agreeing, is_doubted):
+    """For three seconds at 30 Hz: later it is known without the accelerometer."""
+    played = play()
+    for index in range(1, agreeing):
+        played.update(0.1 * index)
+    assert not played.doubted
+    played.agrees = False
+    for index in range(agreeing, agreeing + 20):
+        played.update(0.1 * index)
+    assert played.gravity.complaint
+    assert bool(played.doubted) is is_doubted
 
 
 def test_the_filter_begins_with_the_force_in_the_axes_of_the_frame(play):
