@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Sensors of a recording that are not used, and why, while the odometry runs."""
+"""What the camera contradicts in a recording, in words, while the odometry runs."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TypeVar
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.odometry import Odometry
+from aick_ros.odometry.plane import Plane
 
 _Update = TypeVar('_Update')
 
@@ -18,14 +19,15 @@ _Update = TypeVar('_Update')
 def reporting_complaints(odometry: Odometry, updates: Iterable[_Update],
                          on_complaint: Callable[[str], None]) -> Iterator[_Update]:
     """
-    Yield updates, and report once of each sensor why it is not used.
+    Yield updates, and report once of each sensor why it is not used, and of the plane.
 
     :param updates: of the odometry, made as they are asked for.
     :param on_complaint: called with the sentence, before the update that shows it is yielded.
     """
-    sensors: list[Gyroscope | Gravity] = [odometry.gyroscope, odometry.gravity]
+    parts: list[Gyroscope | Gravity | Plane] = [
+        odometry.gyroscope, odometry.gravity, odometry.plane]
     for update in updates:
-        for sensor in [sensor for sensor in sensors if sensor.complaint]:
-            on_complaint(sensor.complaint)
-            sensors.remove(sensor)
+        for part in [part for part in parts if part.complaint]:
+            on_complaint(part.complaint)
+            parts.remove(part)
         yield update

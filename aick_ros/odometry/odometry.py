@@ -34,6 +34,7 @@ from aick_ros.odometry.known_views import known_views
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.other_odometry import OtherOdometry, Predict, no_odometry
 from aick_ros.odometry.path import Path
+from aick_ros.odometry.plane import Plane
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.repeated_images import RepeatedImages, repeated
 from aick_ros.odometry.tracking import Tracking
@@ -155,6 +156,11 @@ class Odometry:
     def gravity(self) -> Gravity:
         """The accelerometer, as the motion of the camera has shown it."""
         return self._path.gravity
+
+    @property
+    def plane(self) -> Plane:
+        """The plane that the base moves in, if there is one, as the camera has shown it."""
+        return self._path.plane
 
     @property
     def misalignment(self) -> Misalignment:

@@ -37,7 +37,7 @@ class Path:
 
     def __init__(self, settings: Settings, turn: RotationBetween) -> None:
         self.gravity = Gravity(settings.imu, turn)
-        self._plane = Plane(settings.odometry)
+        self.plane = Plane(settings.odometry)
         self._filter = PositionFilter(settings.odometry)
         self._memory: KeyframeMemory | None = None  # there is none before the first frame
 
@@ -45,11 +45,11 @@ class Path:
         """Continue with other settings."""
         self._settings, self._registrar = settings, registrar
         self.gravity.configure(settings.imu)
-        self._plane.configure(settings.odometry)
+        self.plane.configure(settings.odometry)
         self._filter.configure(settings.odometry)
         if self._memory is not None:
             self._memory.configure(settings, registrar)
-            self._plane.begin(self._pose.matrix)
+            self.plane.begin(self._pose.matrix)
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
         """
@@ -61,7 +61,7 @@ class Path:
         self._is_placed = T_odom_camera is not None
         self._has_restarted = False  # the recording, so that the camera may be turned otherwise
         self.gravity.reset()
-        self._plane.reset()
+        self.plane.reset()
         self._begin(PoseWithCovariance(pose))
 
     def restart(self) -> None:
@@ -111,27 +111,27 @@ class Path:
 
         :raises InputError: where it is not rigid; the one before stays.
         """
-        self._plane.mount(T_base_camera)
+        self.plane.mount(T_base_camera)
 
     def start(self, prepared: PreparedFrame) -> Reference:
         """Return a first frame with its pose; it is the first keyframe in memory."""
-        if not self._is_placed and not self._plane.has_base:
+        if not self._is_placed and not self.plane.has_base:
             self._pose = self.gravity.begin(prepared.stamp) or self._pose
         elif self._has_restarted:
             self._pose = self.gravity.begin_again(prepared.stamp, self._pose) or self._pose
         self._is_placed, self._has_restarted = True, False
-        self._plane.begin(self._pose.matrix)
+        self.plane.begin(self._pose.matrix)
         first = Reference(prepared, self._pose)
-        self._memory = KeyframeMemory(self._settings, self._registrar, first, self._plane.fused)
+        self._memory = KeyframeMemory(self._settings, self._registrar, first, self.plane.fused)
         return first
 
     def fused(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return a pose by dead reckoning in the plane, if there is one."""
-        return self._plane.fused(pose)
+        return self.plane.fused(pose)
 
     def move_to(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Continue at a pose by dead reckoning, ``T_reckoned_camera``; return it in the plane."""
-        self._pose = self._plane.fused(pose)
+        self._pose = self.plane.fused(pose)
         return self._pose
 
     def velocity_at(self, stamp: int, measured: PoseWithCovariance) -> np.ndarray | None:
@@ -154,7 +154,7 @@ class Path:
         :param seen: ``T_reference_camera``.
         """
         assert self._memory is not None  # by the first frame
-        self.move_to(reference @ seen)
+        self._pose = self.plane.measured(reference @ seen)
         self._memory.track(keyframe, self._pose.matrix, detour, interval, effort)
         self.gravity.update(stamp, reference, reference.matrix @ seen,
                             self._memory.T_odom_reckoned, self._corrected)

@@ -154,9 +154,10 @@ class RobotOdometry:
 
     @property
     def concern(self) -> str:
-        """Wait for a guess, or for what is up, in words; '' where there is none."""
+        """Wait for a guess, or for what is up, or a plane that is none, in words; '' for none."""
         return joined('' if self._guess is None else self._guess.complaint,
-                      '' if self._wait is None else self._wait.complaint)
+                      '' if self._wait is None else self._wait.complaint,
+                      self._camera.plane.complaint)
 
     @property
     def findings(self) -> dict[str, str]:

@@ -85,6 +85,7 @@ class Parts:
         self.attempts = [attempt(status=Status.TOO_FEW_MATCHES)]
         self.answers = {
             ('Plane', 'fused'): lambda pose: pose @ self.fused,
+            ('Plane', 'measured'): lambda pose: pose @ self.fused,
             ('KeyframeMemory', 'published'): lambda pose: self.corrected @ pose,
             ('Gravity', 'levelled'): lambda pose: self.levelled @ pose,
             ('ExpectedMotion', 'without_images'): self.expected,

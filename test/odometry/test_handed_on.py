@@ -69,7 +69,7 @@ def test_without_a_pose_it_begins_level_unless_nothing_shows_or_needs_it(
     by_gravity = PoseWithCovariance(se3.exp([0, 0, 0, 0.3, 0.4, 0.0]))
     parts.answers['Gravity', 'begin'] = by_gravity if level else None
     one = steps()
-    one.odometry._path._plane.has_base = has_base
+    one.odometry._path.plane.has_base = has_base
     update = one.take(0.0)
     is_level = level and not has_base
     begin = by_gravity if is_level else PoseWithCovariance.identity()

@@ -171,6 +171,43 @@ def test_one_that_was_none_begins_anew(plane):
     np.testing.assert_allclose(plane.fused(pose).matrix, other, atol=1e-12)
 
 
+def off_the_plane(error):
+    """Return a pose of the camera whose base is off the plane by a twist."""
+    base = se3.perturbed(START @ se3.from_roll_pitch_yaw(0.0, 0.0, 0.7, (4.0, -3.0, 0.0)), error)
+    return PoseWithCovariance(base @ T_BASE_CAMERA, 1e-6 * np.eye(6))
+
+
+def test_a_camera_that_leaves_the_plane_again_and_again_is_named(plane):
+    up = START[:3, 2]
+    above_it = off_the_plane(np.append(0.05 * up, np.zeros(3)))
+    tilted = off_the_plane(np.append(np.zeros(3), np.radians(2.0) * START[:3, 0]))
+    inside = off_the_plane(np.zeros(6))
+    for pose in (above_it, *20 * [inside], above_it):
+        found = plane.measured(pose)
+        np.testing.assert_allclose(found.matrix, plane.fused(pose).matrix, atol=1e-12)
+    assert plane.complaint == ''  # as on a threshold between two rooms
+    for _ in range(20):
+        plane.measured(above_it)
+    assert plane.complaint.startswith('the camera moves by 0.05 m and 0.0 deg out of the plane')
+    plane.measured(tilted)
+    assert ' 2.0 deg out of the plane' in plane.complaint
+    for _ in range(100):
+        plane.measured(inside)
+    assert plane.complaint == ''
+
+
+def test_a_plane_that_is_forgotten_or_switched_off_is_complained_of_no_more(plane):
+    above_it = off_the_plane(np.append(0.05 * START[:3, 2], np.zeros(3)))
+    for _ in range(20):
+        plane.measured(above_it)
+    assert plane.complaint
+    plane.configure(OdometrySettings())
+    assert plane.complaint == ''
+    assert plane.measured(above_it) is above_it
+    plane.configure(SETTINGS)  # the plane begins anew
+    assert plane.complaint == ''
+
+
 @pytest.fixture(scope='module')
 def carried(room):
     """Return frames of a camera that is carried by hand, the last one dark."""

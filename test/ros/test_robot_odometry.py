@@ -41,6 +41,7 @@ class Seen:
         self.distortion = NO_DISTORTION
         self.gyroscope = SimpleNamespace(complaint='turns', description='a gyroscope')
         self.gravity = SimpleNamespace(complaint='falls', description='an accelerometer')
+        self.plane = SimpleNamespace(complaint='')
 
     def register(self, preparation, predict=None, T_base_camera=None):
         self.predict, self.T_base_camera = predict, T_base_camera
@@ -127,7 +128,10 @@ def test_a_stamp_that_is_not_newer_leaves_the_base_where_it_is():
 
 
 def test_what_is_wrong_is_said_of_the_imu_and_of_the_guess_apart():
-    for robot, concern in ((Robot(), ''), (Robot(Wheels()), 'no guess')):
+    no_plane = Robot(Wheels())
+    no_plane.camera.plane.complaint = 'no plane'
+    for robot, concern in ((Robot(), ''), (Robot(Wheels()), 'no guess'),
+                           (no_plane, 'no guess; no plane')):
         assert robot.odometry.complaint == 'no IMU; turns; falls'
         assert robot.odometry.concern == concern
         assert robot.odometry.findings == {
