@@ -61,6 +61,11 @@ def holes(depth: np.ndarray, rng: np.random.Generator, share: float = 0.8) -> np
     return np.where(blots < np.quantile(blots, share), np.nan, depth)
 
 
+def speckled(share: float) -> Change:
+    """Return what removes a share of the depth image, pixel by pixel."""
+    return with_depth(lambda depth, rng: np.where(rng.random(depth.shape) < share, np.nan, depth))
+
+
 def blurred(frame: RgbdFrame, rng: np.random.Generator) -> RgbdFrame:
     """Return a frame whose lens is out of focus, by 3 px."""
     return dataclasses.replace(frame, colour=cv2.GaussianBlur(frame.colour, (0, 0), 3.0))
@@ -85,6 +90,8 @@ CHANGES: dict[str, Change] = {
     'out of focus': blurred,
     'no depth beyond 1.2 m': with_depth(lambda depth, rng: np.where(depth > 1.2, np.nan, depth)),
     '80 % of the depth missing': with_depth(holes),
+    'single pixels of depth missing, 1 %': speckled(0.01),
+    'single pixels of depth missing, 10 %': speckled(0.1),
     'depth noise of 15 mm at 1 m': with_depth(
         lambda depth, rng: depth + 0.015 * depth ** 2 * rng.standard_normal(depth.shape)),
     'depth 3 % too long': with_depth(lambda depth, rng: 1.03 * depth),

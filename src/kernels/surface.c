@@ -19,9 +19,10 @@ enum {
   SIDE = 2 * RADIUS + 1,
   PLACES = 256,  // chosen: interpolated at once
   SAMPLED = 13,  // chosen: numbers of which one is looked at
+  AROUND = 5,    // chosen: pixels beside an invalid one that are valid, of eight, if it is no hole
 };
 
-// The mean of the inverse depths of a cell; NaN where one is invalid or it is out of range.
+// The mean of the inverse depths of a cell; NaN where one is invalid, or it is out of range.
 static inline float mean_inverse(const float *depths, Py_ssize_t step, Py_ssize_t side,
                                  float least, float most) {
   float sum = 0.0f;
@@ -30,6 +31,71 @@ static inline float mean_inverse(const float *depths, Py_ssize_t step, Py_ssize_
       sum += 1.0f / depths[row * step + column];
   const float mean = sum / (float)(side * side);
   return mean >= least && mean <= most ? mean : NAN;
+}
+
+static inline bool is_valid(float depth) { return depth > 0.0f && depth < INFINITY; }
+
+// Whether a pixel is invalid by itself, and not at a hole: most of those around it are valid.
+static bool is_alone(const float *depths, Size image, Py_ssize_t row, Py_ssize_t column) {
+  int valid = 0;
+  for (Py_ssize_t y = row - 1; y <= row + 1; ++y)
+    for (Py_ssize_t x = column - 1; x <= column + 1; ++x)
+      valid += y >= 0 && y < image.height && x >= 0 && x < image.width &&
+               is_valid(depths[y * image.width + x]);
+  return valid >= AROUND;
+}
+
+// The mean inverse depth of a cell of which some pixels are invalid, each alone, by its first row
+// and column: of those pixels whose mirror images about its centre are valid, too, so that it is
+// exact on a plane. NaN where that is less than half of them.
+static float mean_of_mirrored(const float *depths, Size image, Py_ssize_t row, Py_ssize_t column,
+                              Py_ssize_t side) {
+  const Py_ssize_t step = image.width, last = side - 1;
+  const float *cell = depths + row * step + column;
+  for (Py_ssize_t y = 0; y < side; ++y)
+    for (Py_ssize_t x = 0; x < side; ++x)
+      if (!is_valid(cell[y * step + x]) && !is_alone(depths, image, row + y, column + x))
+        return NAN;
+  int used = 0;
+  float sum = 0.0f;
+  for (Py_ssize_t y = 0; y < side; ++y) {
+    for (Py_ssize_t x = 0; x < side; ++x) {
+      const float depth = cell[y * step + x], mirrored = cell[(last - y) * step + last - x];
+      if (is_valid(depth) && is_valid(mirrored)) {
+        sum += 1.0f / depth;
+        ++used;
+      }
+    }
+  }
+  return 2 * used >= side * side ? sum / (float)used : NAN;
+}
+
+static inline int count_valid(const float *cell, Py_ssize_t step, Py_ssize_t side) {
+  int valid = 0;
+  for (Py_ssize_t row = 0; row < side; ++row)
+    for (Py_ssize_t column = 0; column < side; ++column)
+      valid += is_valid(cell[row * step + column]);
+  return valid;
+}
+
+// The means of cells that have none as some of their pixels are invalid.
+FOR_EACH_PROCESSOR
+static void average_rest(const float *depths, Size image, Py_ssize_t side, float least, float most,
+                         Size size, float *inverse) {
+  for (Py_ssize_t row = 0; row < size.height; ++row) {
+    for (Py_ssize_t column = 0; column < size.width; ++column) {
+      float *mean = inverse + row * size.width + column;
+      if (!isnan(*mean))
+        continue;
+      const float *cell = depths + row * side * image.width + column * side;
+      const int valid = side == 4 ? count_valid(cell, image.width, 4)
+                                  : count_valid(cell, image.width, side);
+      if (2 * valid < side * side || valid == side * side)
+        continue;
+      const float rest = mean_of_mirrored(depths, image, row * side, column * side, side);
+      *mean = rest >= least && rest <= most ? rest : NAN;
+    }
+  }
 }
 
 FOR_EACH_PROCESSOR
@@ -66,6 +132,7 @@ PyObject *kernel_mean_inverse_depths(PyObject *module, PyObject *arguments) {
   if (fits) {
     Py_BEGIN_ALLOW_THREADS
     average(arrays.views[0].buf, image.width, side, least, most, size, arrays.views[1].buf);
+    average_rest(arrays.views[0].buf, image, side, least, most, size, arrays.views[1].buf);
     Py_END_ALLOW_THREADS
   } else {
     PyErr_SetString(PyExc_ValueError, "the image has fewer cells than that");

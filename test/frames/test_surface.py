@@ -134,8 +134,7 @@ def test_edges_and_the_border_are_not_usable():
 def test_holes_and_depths_out_of_range_are_not_usable():
     depth = np.full((480, 640), 2.0, np.float32)
     holes = np.random.default_rng(0).integers((0, 0), (480, 640), (60, 2))
-    depth[tuple(holes[:20].T)] = np.nan
-    for (v, u), value in zip(holes[20:], [0.01, 40.0] * 20):
+    for (v, u), value in zip(holes, 20 * [np.nan] + [0.01, 40.0] * 20):
         depth[v // CELL * CELL:, u // CELL * CELL:][:CELL, :CELL] = value
     whole = np.ones((120, 160), bool)
     whole[tuple(holes.T // CELL)] = False
@@ -371,17 +370,73 @@ def test_planes_are_those_of_least_squares(shape):
 def test_cells_have_the_mean_of_their_inverse_depths(side):
     rng = np.random.default_rng(side)
     depth = rng.uniform(0.5, 4.0, (23, 31)).astype(np.float32)
-    depth[0, 0], depth[9, 7] = np.nan, 0.0
+    depth[0, 0], depth[9:11, 7] = np.nan, 0.0
     height, width = 23 // side, 31 // side
     found = np.empty((height, width), np.float32)
     kernels.mean_inverse_depths(depth, side, 0.3, 1.5, found)
     with np.errstate(divide='ignore'):
-        mean = (1 / depth[:height * side, :width * side].astype(float)).reshape(
-            height, side, width, side).mean(axis=(1, 3))
+        inverse = (1 / depth[:height * side, :width * side].astype(float)).reshape(
+            height, side, width, side)
+    mean = inverse.mean(axis=(1, 3))
     with np.errstate(invalid='ignore'):
+        whole = np.isfinite(mean)
         mean[~((mean >= 0.3) & (mean <= 1.5))] = np.nan
-    np.testing.assert_allclose(found, mean, rtol=1e-6)
+    np.testing.assert_allclose(found[whole], mean[whole], rtol=1e-6)
     assert np.isnan(found[0, 0]) and np.isfinite(found).sum() > 10
+
+
+def mean_inverse_depths(depth, side):
+    found = np.empty((depth.shape[0] // side, depth.shape[1] // side), np.float32)
+    kernels.mean_inverse_depths(depth.astype(np.float32), side, 0.1, 9.0, found)
+    return found
+
+
+def slanted(height, width):
+    """Return a plane: inverse depths, HxW."""
+    v, u = np.indices((height, width))
+    return 0.5 + 0.01 * u - 0.004 * v
+
+
+@pytest.mark.parametrize('side', [2, 3, 4])
+@pytest.mark.parametrize('invalid', [np.nan, 0.0])
+def test_pixels_that_are_invalid_by_themselves_leave_a_cell_what_it_is(side, invalid):
+    inverse = slanted(24, 36)
+    depth, whole = 1 / inverse, mean_inverse_depths(1 / inverse, side)
+    for row, column in ((13, 13), (0, 5), (8, 35), (9, 22), (10, 23)):  # two of them touch
+        depth[row, column] = invalid
+    np.testing.assert_allclose(mean_inverse_depths(depth, side), whole, rtol=1e-6)
+
+
+@pytest.mark.parametrize('share, planes', [(0.01, 0.95), (0.05, 0.8), (0.1, 0.5)])
+def test_a_surface_remains_where_single_pixels_are_missing(share, planes):
+    """The others are exact, so that its planes are the same."""
+    depth = np.broadcast_to(1 / (0.3 + 0.0005 * np.arange(640)), (480, 640)).astype(np.float32)
+    missing = np.random.default_rng(0).random(depth.shape) < share
+    whole, some = surface_of(depth), surface_of(np.where(missing, np.float32(np.nan), depth))
+    assert some.usable.sum() > planes * whole.usable.sum()
+    both = some.usable & whole.usable
+    np.testing.assert_allclose(some.points[both], whole.points[both], rtol=1e-5)
+    np.testing.assert_allclose(some.normals[both], whole.normals[both], atol=1e-3)
+
+
+def test_the_cells_about_a_hole_have_no_depth():
+    depth = 1 / slanted(24, 24)
+    depth[7:14, 9:16] = np.nan  # more than half of the cells about it are valid
+    found = np.isnan(mean_inverse_depths(depth, 4))
+    expected = np.zeros((6, 6), bool)
+    expected[1:4, 2:4] = True
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_a_cell_of_which_less_than_half_is_left_has_no_depth():
+    depth = 1 / slanted(12, 12)
+    depth[4:8:2, 4:8] = np.nan  # two rows of four, each beside valid ones
+    assert np.isnan(mean_inverse_depths(depth, 4)[1, 1])
+    depth[4:8, 4:8] = 1 / slanted(12, 12)[4:8, 4:8]
+    depth[4, 4] = depth[5, 6] = depth[7, 5] = np.nan  # with their mirror images six of sixteen
+    assert np.isfinite(mean_inverse_depths(depth, 4)).all()
+    depth[6, 6] = depth[7, 7] = np.nan
+    assert np.isfinite(mean_inverse_depths(depth, 4)[1, 1])  # mirror images of those before
 
 
 def test_arrays_that_are_not_of_the_cells_are_rejected():
