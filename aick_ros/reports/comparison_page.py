@@ -60,11 +60,8 @@ def cells(metric: Metric, change: Change) -> tuple[str, ...]:
 
 def _candidate(name: str, comparison: Comparison) -> Iterator[str]:
     yield page.heading(name)
-    for side, missing in (('candidate', comparison.only_baseline),
-                          ('baseline', comparison.only_candidate)):
-        if missing:
-            yield page.paragraph(f'The {side} has no run of {", ".join(missing)}: not compared.',
-                                 'notice')
+    for sentence in comparison.one_sided('the baseline', 'the candidate'):
+        yield page.paragraph(f'{sentence[0].upper()}{sentence[1:]}.', 'notice')
     count = len(comparison.recordings)
     yield page.paragraph(f'{count} recordings' if count > 1 else f'Recording: '
                          f'{next(iter(comparison.recordings))}')

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.evaluation.comparison.comparison import Change, Comparison, Verdict
+from aick_ros.evaluation.comparison.frame_counts import FrameCounts
 from aick_ros.evaluation.comparison.metrics import ATE, LOST
 from aick_ros.reports import canvas
 from aick_ros.reports import comparison_page as comparison_module
@@ -53,6 +54,15 @@ def test_one_recording_is_named_and_has_no_pictures_of_many():
     assert 'Recording: desk' in text and '<svg' not in text
     assert '<td>aick.alpha</td><td>0.7</td><td>0.8</td>' in text
     assert 'not compared' not in text
+
+
+def test_frames_of_one_run_alone_are_named():
+    same = Change(1.0, 1.0, 0.0, 0.0, 0.0, Verdict.CHANCE)
+    text = comparison_page('a', {'b': Comparison(
+        {'desk': {ATE: same}}, {ATE: same}, [], [], {}, {'desk': FrameCounts(144, 99, 97)})})
+    assert ('The candidate lacks frames that the baseline has, 47 of 144 of desk: only frames of '
+            'both are compared.') in text
+    assert 'The baseline lacks frames that the candidate has, 2 of 99 of desk' in text
 
 
 def test_heads_are_above_what_they_name(text):

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -26,7 +26,10 @@ Runs = Annotated[list[Path], typer.Argument(
          'first is the baseline.')]
 Out = Annotated[Path, typer.Option('--out', metavar='FILE', help='HTML page to be written.')]
 FailOnRegression = Annotated[bool, typer.Option(
-    '--fail-on-regression', help='Exit with 3 if a metric became worse over all recordings.')]
+    '--fail-on-regression', help='Exit with 3 if a metric became worse over all recordings, or a '
+                                 'candidate lacks frames of the baseline.')]
+
+_NAMED = 3  # chosen: recordings in a sentence on the terminal; page and JSON name all
 
 
 def compare(runs: Runs, out: Out = Path('comparison.html'), json: options.JsonFile = None,
@@ -53,12 +56,20 @@ def compare(runs: Runs, out: Out = Path('comparison.html'), json: options.JsonFi
         write_json(json, {'baseline': str(runs[0]), 'candidates': {
             name: comparison.to_json() for name, comparison in comparisons.items()}})
     _show(comparisons, out, str(runs[0]), on_stderr=json == STANDARD_OUTPUT)
-    regressions = [f'{metric.title} of {name}' for name, comparison in comparisons.items()
-                   for metric in comparison.regressions]
+    regressions = [text for name, comparison in comparisons.items()
+                   for text in _regressions(name, comparison)]
     if fail_on_regression and regressions:
         say(f'worse than {runs[0]}: {"; ".join(regressions)}')
         return exit_codes.REGRESSION
     return exit_codes.DONE
+
+
+def _regressions(name: str, comparison: Comparison) -> Iterator[str]:
+    """Yield what became worse with a candidate."""
+    for metric in comparison.regressions:
+        yield f'{metric.title} of {name}'
+    if comparison.is_incomplete:
+        yield f'frames that {name} lacks'
 
 
 def _read(path: Path) -> dict[str, Run]:
@@ -95,4 +106,6 @@ def _show(comparisons: Mapping[str, Comparison], out: Path, baseline: str,
                for metric, change in comparison.total.items()),
               columns=('', 'baseline', 'candidate', 'change', f'{CONFIDENCE:.0%} interval', ''),
               on_stderr=on_stderr)
+        for sentence in comparison.one_sided(baseline, name, _NAMED):
+            say(sentence)
     say(f'details: {out}')

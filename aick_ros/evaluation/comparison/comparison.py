@@ -6,13 +6,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
 from aick_ros.evaluation.comparison.block_bootstrap import REPLICATES, replicates_of_means
+from aick_ros.evaluation.comparison.frame_counts import FrameCounts, missing
 from aick_ros.evaluation.comparison.metrics import METRICS, Metric, Values, values_of
 from aick_ros.evaluation.runs.run import Run
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -66,6 +67,7 @@ class Comparison:
     :param only_baseline: recordings that the candidate has not run.
     :param only_candidate: recordings that the baseline has not run.
     :param settings: name -> both values, where they differ.
+    :param frames: name -> numbers of frames, of the recordings that both have run.
     """
 
     recordings: Mapping[str, Mapping[Metric, Change]]
@@ -73,12 +75,30 @@ class Comparison:
     only_baseline: Sequence[str]
     only_candidate: Sequence[str]
     settings: Mapping[str, tuple[Any, Any]]
+    frames: Mapping[str, FrameCounts] = field(default_factory=dict)
 
     @property
     def regressions(self) -> list[Metric]:
         """Metrics that became worse over all recordings, beyond chance and tolerance."""
         return [metric for metric, change in self.total.items()
                 if change.verdict is Verdict.WORSE]
+
+    @property
+    def is_incomplete(self) -> bool:
+        """A candidate that lacks a recording or a frame of the baseline."""
+        return bool(self.only_baseline) or any(
+            counts.lacking for counts in self.frames.values())
+
+    def one_sided(self, baseline: str, candidate: str, most: int | None = None) -> list[str]:
+        """
+        Return sentences on recordings and frames that only one of the two has.
+
+        :param baseline: what it is called, and the candidate likewise.
+        :param most: number of recordings that a sentence names; None: all.
+        """
+        swapped = {name: counts.swapped for name, counts in self.frames.items()}
+        return [*missing(self.frames, self.only_baseline, baseline, candidate, most),
+                *missing(swapped, self.only_candidate, candidate, baseline, most)]
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of the JSON."""
@@ -88,6 +108,8 @@ class Comparison:
             'only_baseline': list(self.only_baseline),
             'only_candidate': list(self.only_candidate),
             'settings': {name: list(both) for name, both in self.settings.items()},
+            'frames': {name: dict(counts.__dict__) for name, counts in self.frames.items()},
+            'is_incomplete': self.is_incomplete,
             'regressions': [metric.key for metric in self.regressions]}
 
 
@@ -123,7 +145,9 @@ class Baseline:
             {metric: _change(metric, chosen) for metric in METRICS
              if (chosen := [s[metric] for s in samples.values() if metric in s])},
             [name for name in self.runs if name not in candidate],
-            [name for name in candidate if name not in self.runs], differing)
+            [name for name in candidate if name not in self.runs], differing,
+            {name: FrameCounts.of(_stamps(self.runs[name]), _stamps(candidate[name]))
+             for name in common})
 
     def _samples(self, name: str, candidate: Run) -> dict[Metric, _Sample]:
         """

@@ -41,6 +41,27 @@ def test_worse_settings_fail_and_the_same_do_not(aick, replay, tmp_path):
     assert aick('compare', 'a', 'c').code == 0
 
 
+def test_a_candidate_that_ended_early_fails(aick, replay, recording, tmp_path):
+    """The baseline may be the shorter one: a sentence says so, but nothing fails."""
+    frames = len(recording)
+    replay('a')
+    replay('b', '--limit', '9')
+    early = aick('compare', 'a', 'b', '--fail-on-regression', '--json', 'early.json')
+    assert early.code == 3
+    said = f'b lacks frames that a has, {frames - 9} of {frames} of '
+    assert f'aick: {said}' in early.err and said.replace(
+        'b lacks', 'The candidate lacks').replace('a has', 'the baseline has') in (
+            tmp_path / 'comparison.html').read_text()
+    assert 'aick: worse than a: frames that b lacks\n' in early.err
+    [found] = json.loads((tmp_path / 'early.json').read_text())['candidates'].values()
+    assert (list(found['frames'].values()), found['is_incomplete'], found['regressions']) == (
+        [{'baseline': frames, 'candidate': 9, 'common': 9}], True, [])
+    assert aick('compare', 'a', 'b').code == 0
+    late = aick('compare', 'b', 'a', '--fail-on-regression')
+    assert (late.code, said in late.err) == (0, True)
+    assert ' lacks ' not in aick('compare', 'b', 'b', '--fail-on-regression').err
+
+
 def test_what_is_no_run_is_named(aick, replay, tmp_path):
     replay('a', '--limit', '3')
     assert aick('compare', 'a').sentence == 'at least two runs are required, the baseline first'

@@ -13,6 +13,7 @@ import pytest
 from aick_ros.evaluation.comparison import comparison as comparison_module
 from aick_ros.evaluation.comparison.block_bootstrap import replicates_of_means
 from aick_ros.evaluation.comparison.comparison import Baseline, Change, Comparison, Verdict
+from aick_ros.evaluation.comparison.frame_counts import FrameCounts
 from aick_ros.evaluation.comparison.metrics import (
     ATE, COVERAGE, LOST, MEMORY, METRICS, RPE_ROTATION, RPE_TRANSLATION, TIME)
 from aick_ros.evaluation.runs.run import Run
@@ -242,6 +243,27 @@ def test_the_same_path_has_the_same_errors_however_long_a_run_is(frames):
         assert comparison.total[ATE] == alone.total[ATE]
 
 
+@pytest.mark.parametrize('frames, lacking', [
+    (slice(None), 0), (slice(40), FRAMES - 40), (slice(None, None, 2), FRAMES // 2)])
+def test_a_candidate_that_lacks_frames_is_incomplete(frames, lacking):
+    name = NAMES[0]
+    whole, part = {name: run(name)}, {name: cut(run(name), frames)}
+    found, reverse = Baseline(whole).compare(part), Baseline(part).compare(whole)
+    assert found.frames == {name: FrameCounts(FRAMES, FRAMES - lacking, FRAMES - lacking)}
+    assert (found.is_incomplete, reverse.is_incomplete) == (lacking > 0, False)
+    sentence = f'lacks frames that a has, {lacking} of {FRAMES} of {name}: '
+    assert [sentence in text for text in found.one_sided('a', 'b')] == [True] * (lacking > 0)
+    assert [sentence in text for text in reverse.one_sided('b', 'a')] == [True] * (lacking > 0)
+
+
+def test_a_candidate_without_a_recording_is_incomplete():
+    few, many = runs(NAMES[:1]), runs(NAMES[:2])
+    assert Baseline(many).compare(few).is_incomplete
+    assert not Baseline(few).compare(many).is_incomplete
+    assert Baseline(few).compare(many).one_sided('a', 'b') == [
+        f'a has no run of {NAMES[1]}: not compared']
+
+
 @pytest.mark.parametrize('count', [1, 2])
 def test_a_single_common_frame_has_no_ate(count):
     """Its error after alignment is that of rounding, and changes by any factor."""
@@ -274,11 +296,12 @@ def test_the_json_has_each_part_under_its_name():
     content = {'baseline': 1.0, 'candidate': 2.0, 'change': 1.0, 'low': 0.5, 'high': 1.5,
                'verdict': 'worse'}
     comparison = Comparison({'room': {ATE: change}}, {LOST: change, TIME: change}, ['first'],
-                            ['second'], {'a': (1, 2)})
+                            ['second'], {'a': (1, 2)}, {'room': FrameCounts(5, 4, 3)})
     assert comparison.to_json() == {
         'total': {'lost': content, 'frame_ms': content},
         'recordings': {'room': {'ate_m': content}},
         'only_baseline': ['first'], 'only_candidate': ['second'], 'settings': {'a': [1, 2]},
+        'frames': {'room': {'baseline': 5, 'candidate': 4, 'common': 3}}, 'is_incomplete': True,
         'regressions': ['lost', 'frame_ms']}
 
 
