@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,13 @@ class Trajectory:
     def __len__(self) -> int:
         """Return the number of poses."""
         return len(self.stamps)
+
+    @cached_property
+    def median_interval(self) -> float:
+        """Median interval between consecutive poses [s]; infinite for fewer than two."""
+        if len(self) < 2:
+            return math.inf
+        return float(np.median(np.diff(self.stamps))) / NANOSECONDS
 
     def at(self, stamp: int, max_gap: float = np.inf) -> np.ndarray | None:
         """

@@ -17,6 +17,7 @@ from aick_ros.cli.output.consistency_plots import write_plots
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.evaluation_tables import show
 from aick_ros.cli.output.files import write_json
+from aick_ros.cli.output.ground_truth_limits import say_limits
 from aick_ros.cli.output.missing_pairs import without_pairs
 from aick_ros.cli.output.plot_folder import make_folder, make_plot_folder, removed_if_empty
 from aick_ros.cli.output.square_files import write_square
@@ -98,7 +99,4 @@ def _say_what_is_missing(evaluation: Evaluation, recording: RgbdSource) -> None:
     missing = [gap for gap, score in evaluation.pairs.items() if not score.count]
     if recording.ground_truth is not None and missing:
         say(without_pairs(recording.name, evaluation.frames, missing))
-    if (recording.ground_truth is not None and evaluation.trajectory.ate_rmse_m is None
-            and len(evaluation.records) > 1):
-        say(f'the ground truth of {recording.name} covers fewer than two of the frames that were '
-            'read, so there is no ATE: check that both have the same clock')
+    say_limits(recording.name, recording.ground_truth, evaluation.records)

@@ -19,6 +19,7 @@ from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import COMPLETE, Reading
 from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import write_json, write_whole
+from aick_ros.cli.output.ground_truth_limits import say_limits
 from aick_ros.cli.output.run_folder import RunFolder
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_parent, check_target
 from aick_ros.cli.output.untracked import say_if_untracked
@@ -88,7 +89,8 @@ def _run(reading: Reading, settings: Settings, out: Path,
     finally:  # it may be on another disk than the one that is full
         if json is not None:
             write_json(json, summary.to_json())
-    say_if_untracked(reading.name, records)
+    if not say_if_untracked(reading.name, records):
+        say_limits(reading.name, ground_truth, records)
     return folder.path, summary
 
 

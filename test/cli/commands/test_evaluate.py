@@ -86,6 +86,24 @@ def test_that_clocks_may_differ_is_told_where_frames_have_no_ground_truth(
     assert ('check that both have the same clock' in outcome.err) is is_told
 
 
+@pytest.mark.parametrize('command', ['evaluate', 'replay'])
+@pytest.mark.parametrize('interval, sentence', [
+    (0.1, 'poses of the ground truth of in memory are 0.1 s apart: errors and NEES include'),
+    (0.5, 'poses of the ground truth of in memory are 0.5 s apart, and up to 0.15 s are')])
+def test_a_sparse_ground_truth_is_used_and_named(
+        aick, recording, in_memory, monkeypatch, command, interval, sentence):
+    frames = [dataclasses.replace(frame, stamp=frame.stamp + 10 ** 7)
+              for frame in recording.frames(raise_damage)]
+    dense = recording.ground_truth
+    stamps = np.arange(int(interval * 1e9), int(frames[-1].stamp), int(interval * 1e9))
+    stamps = stamps[stamps > dense.stamps[0]]
+    source = in_memory(frames, Trajectory(stamps, np.tile(np.eye(4), (len(stamps), 1, 1))))
+    monkeypatch.setattr(f'aick_ros.cli.commands.{command}.open_source', lambda *_: source)
+    outcome = aick(command, 'a source')
+    assert (outcome.code, sentence in outcome.err, 'clock' in outcome.err) == (0, True, False)
+    assert ('ATE ' in outcome.out) is (command == 'evaluate' or interval == 0.1)
+
+
 @pytest.mark.parametrize('gaps, missing', [('1,3', ''), ('3,20,100', '20,100'), ('20', '20')])
 def test_gaps_without_a_pair_are_named_and_have_no_row(evaluate, recording, gaps, missing):
     outcome = evaluate(recording, '--gaps', gaps, '--limit', '5')
