@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from aick_ros.evaluation.runs.table import DONE, FAILED, UNUSED, Row
+from aick_ros.evaluation.runs.table import COVERED, DONE, FAILED, UNUSED, Row
 from aick_ros.reports import canvas, page
 
 _MOST_LISTED = 200  # chosen
@@ -117,10 +117,16 @@ def _draw(of_variant: Mapping[str, Sequence[Row]], columns: Sequence[str],
 def _runs(done: Sequence[Row]) -> Iterator[str]:
     yield page.heading('Runs')
     yield page.table(('recording', 'settings', 'frames',
-                      *(head for head, _, _ in _SCORES.values())), (
+                      *(head for head, _, _ in _SCORES.values()), 'frames with ground truth'), (
         (str(row['recording']), str(row['variant']), str(row['frames']),
-         *(_text(column, row.get(column)) for column in _SCORES)) for row in done),
+         *(_text(column, row.get(column)) for column in _SCORES), _covered(row)) for row in done),
         is_sortable=True)
+
+
+def _covered(row: Row) -> str:
+    """Return the number of frames that the ground truth covers; empty without one."""
+    covered = row.get(COVERED)
+    return '' if covered is None else str(covered)
 
 
 def _listed(heading: str, columns: Mapping[str, str], rows: Sequence[Row]) -> Iterator[str]:

@@ -53,6 +53,10 @@ def _head(summary: RunSummary, started: datetime) -> Iterator[str]:
         were = 'was' if summary.damaged_images == 1 else 'were'
         yield page.paragraph(f'{counted(summary.damaged_images, "image")} could not be used and '
                              f'{were} skipped.', 'notice')
+    covered = summary.trajectory.covered_frames
+    if covered is not None and covered < summary.frames:
+        yield page.paragraph(f'The ground truth covers {covered} of {frames}: errors are of these '
+                             'alone.', 'notice')
     yield page.tiles(_tiles(summary))
 
 

@@ -92,6 +92,13 @@ def test_each_run_and_each_failure_has_a_row():
                         ['c', 'other', 'input', 'no &lt;images&gt;', '2']]
 
 
+@pytest.mark.usefixtures('undrawn')
+def test_each_run_has_the_number_of_frames_with_ground_truth():
+    rows = [done('a', 'fast', 0.01, **{'trajectory.covered_frames': 6}), done('b', 'fast', 0.01)]
+    runs = tables(fleet_page(rows))[1]
+    assert [row[-1] for row in runs] == ['frames with ground truth', '6', '']
+
+
 @pytest.mark.parametrize('count, more', [(200, None), (201, '1 more'), (250, '50 more')])
 def test_of_many_failures_the_first_are_listed_and_the_others_counted(count, more):
     page = fleet_page([failed(str(i), 'fast') for i in range(count)])

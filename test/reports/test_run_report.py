@@ -167,6 +167,14 @@ def test_a_tile_has_each_figure_in_the_unit_of_its_label(summary):
                      ('RPE over 1 s', '1.23 cm'), ('RPE over 1 s', '1.23°')]
 
 
+@pytest.mark.parametrize('covered, is_said', [(None, False), (90, False), (6, True), (0, True)])
+def test_frames_without_ground_truth_are_counted(summary, covered, is_said):
+    text = ''.join(run_report._head(dataclasses.replace(
+        summary, frames=90, trajectory=TrajectoryScore(0.1, 1.0, 0.1, 0.9, covered)), STARTED))
+    assert (f'The ground truth covers {covered} of 90 frames: errors are of these alone.'
+            in text) is is_said
+
+
 @pytest.mark.usefixtures('undrawn')
 def test_pictures_are_of_this_run(monkeypatch, summary, records, ground_truth):
     asked = {}

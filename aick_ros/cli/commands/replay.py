@@ -18,6 +18,7 @@ from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import COMPLETE, Reading
 from aick_ros.cli.output.console import decimal, progress, say, table
+from aick_ros.cli.output.evaluation_tables import error_rows
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.ground_truth_limits import say_limits
 from aick_ros.cli.output.run_folder import RunFolder
@@ -147,10 +148,7 @@ def _show(summary: RunSummary, folder: Path, on_stderr: bool) -> None:
         rows.append(('not tracked', ', '.join(f'{count} {Status[name].value}'
                                               for name, count in lost.items())))
     if score.ate_rmse_m is not None and summary.tracked > 1:
-        rows += [
-            ('RPE over 1 s, translation', decimal(score.rpe_1s_translation_rmse_m, ' m', 4)),
-            ('RPE over 1 s, rotation', decimal(score.rpe_1s_rotation_rmse_deg, ' deg', 2)),
-            ('ATE', decimal(score.ate_rmse_m, ' m', 4))]
+        rows += error_rows(score, summary.frames)
     if summary.ended != COMPLETE:
         rows.append(('ended', summary.ended))
     table(summary.source, [*rows, ('files', str(folder))], on_stderr=on_stderr)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from aick_ros.cli.output.console import decimal, say, table
-from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, UNUSED, Row
+from aick_ros.evaluation.runs.table import COVERED, DONE, FAILED, TABLE, UNUSED, Row
 
 REPORT = 'report.html'
 _NAMED = 5  # runs of each kind that are named; the table has all
@@ -48,7 +48,21 @@ def show_summary(rows: Sequence[Row], out: Path, on_stderr: bool) -> None:
     if unused:
         say(f'in {len(unused)} of {len(rows)} runs a sensor was not used: {out / TABLE} has the '
             'reasons')
+    _say_uncovered(rows, out)
     say(f'details: {out / REPORT}')
+
+
+def _say_uncovered(rows: Sequence[Row], out: Path) -> None:
+    """Say in how many runs the errors are of a part of the frames, and name the first ones."""
+    uncovered = [(row, covered, frames) for row in rows if row['status'] == DONE
+                 if (covered := row.get(COVERED)) is not None
+                 and int(covered) < (frames := int(row['frames'] or 0))]
+    for row, covered, frames in uncovered[:_NAMED]:
+        say(f'{_name(row)}: {covered} of {frames} frames have ground truth: errors are of these '
+            'alone')
+    if uncovered:
+        say(f'in {len(uncovered)} of {len(rows)} runs the ground truth does not cover all frames: '
+            f'{out / TABLE} has their number ({COVERED})')
 
 
 def _name(row: Row) -> str:

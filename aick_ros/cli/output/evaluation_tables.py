@@ -15,6 +15,7 @@ from aick_ros.evaluation.scores.motion_consistency import MotionConsistency
 from aick_ros.evaluation.scores.pair_evaluation import PairScore
 from aick_ros.evaluation.scores.rest import RestScore
 from aick_ros.evaluation.scores.run_errors import SilentFailures
+from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
 
 
 def show(evaluation: Evaluation, on_stderr: bool) -> None:
@@ -32,9 +33,7 @@ def show(evaluation: Evaluation, on_stderr: bool) -> None:
     _show_motions(evaluation, on_stderr)
     score, times = evaluation.trajectory, evaluation.timing_ms
     table('', [
-        ('RPE over 1 s, translation', decimal(score.rpe_1s_translation_rmse_m, ' m', 4)),
-        ('RPE over 1 s, rotation', decimal(score.rpe_1s_rotation_rmse_deg, ' deg', 2)),
-        ('ATE', decimal(score.ate_rmse_m, ' m', 4)),
+        *error_rows(score, evaluation.frames),
         *_rest(evaluation.rest),
         ('tracked', decimal(score.tracked_fraction)),
         *_silent_failures(evaluation.silent_failures),
@@ -42,6 +41,21 @@ def show(evaluation: Evaluation, on_stderr: bool) -> None:
         *((f'{stage}, p50 / p99', f'{decimal(time.p50, digits=1)} / '
            f'{decimal(time.p99, " ms", 1)}') for stage, time in times.items())],
         on_stderr=on_stderr)
+
+
+def error_rows(score: TrajectoryScore, frames: int) -> Iterator[tuple[str, str]]:
+    """
+    Yield the rows of RPE and ATE.
+
+    A row before them says of how many frames they are, where these are not all.
+
+    :param frames: number of all frames.
+    """
+    if score.covered_frames is not None and score.covered_frames < frames:
+        yield 'frames with ground truth', f'{score.covered_frames} of {frames}'
+    yield 'RPE over 1 s, translation', decimal(score.rpe_1s_translation_rmse_m, ' m', 4)
+    yield 'RPE over 1 s, rotation', decimal(score.rpe_1s_rotation_rmse_deg, ' deg', 2)
+    yield 'ATE', decimal(score.ate_rmse_m, ' m', 4)
 
 
 def _show_motions(evaluation: Evaluation, on_stderr: bool) -> None:

@@ -26,6 +26,9 @@ DONE, FAILED = 'done', 'failed'
 UNUSED = 'unused_sensors'
 """Column that says of a run's sensors why they are not used; '' where all are."""
 
+COVERED = 'trajectory.covered_frames'
+"""Column of the number of frames that the ground truth covers; None without one."""
+
 VARIED = 'set.'
 """Beginning of the names of the columns with settings that were varied."""
 

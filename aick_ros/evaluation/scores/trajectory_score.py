@@ -26,12 +26,14 @@ class TrajectoryScore:
     :param ate_rmse_m: RMSE of the positions after rigid alignment, of two poses and more.
     :param tracked_fraction: share of tracked frames; the held poses of lost frames count in the
         errors.
+    :param covered_frames: number of frames that the ground truth covers; ATE and RPE are of these.
     """
 
     rpe_1s_translation_rmse_m: float | None
     rpe_1s_rotation_rmse_deg: float | None
     ate_rmse_m: float | None
     tracked_fraction: float | None
+    covered_frames: int | None = None
 
     @classmethod
     def of(cls, records: Sequence[FrameRecord],
@@ -40,7 +42,9 @@ class TrajectoryScore:
         errors = None
         if records and ground_truth is not None:
             errors = compare(trajectory_of(records), ground_truth)
-        return cls(*_errors(errors), mean(record.status.ok for record in records))
+        covered = 0 if errors is None else len(errors.estimate)
+        return cls(*_errors(errors), mean(record.status.ok for record in records),
+                   None if ground_truth is None else covered)
 
 
 def _errors(errors: TrajectoryErrors | None) -> tuple[float | None, float | None, float | None]:

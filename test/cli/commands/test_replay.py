@@ -29,7 +29,7 @@ from aick_ros.evaluation.runs.frames_csv import columns
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
-from aick_ros.geometry.trajectory import read_trajectory, stamp_to_seconds
+from aick_ros.geometry.trajectory import Trajectory, read_trajectory, stamp_to_seconds
 from aick_ros.odometry import Odometry
 from aick_ros.registration.stage_times import STAGES
 from aick_ros.registration.status import Status
@@ -239,6 +239,17 @@ def test_without_ground_truth_nothing_is_made_up(replay, recording, in_memory):
     assert outcome.code == 0
     assert summary(run)['trajectory']['ate_rmse_m'] is None
     assert 'ATE' not in outcome.out
+
+
+@pytest.mark.parametrize('count, is_said', [(6, True), (None, False)])
+def test_an_ate_of_a_part_of_the_frames_says_so(replay, recording, in_memory, count, is_said):
+    truth = recording.ground_truth
+    cut = Trajectory(truth.stamps[:count], truth.poses[:count])
+    outcome, run = replay(in_memory(list(recording.frames(raise_damage)), cut))
+    covered = summary(run)['trajectory']['covered_frames']
+    assert covered == (count or len(recording)) and 'ATE' in outcome.out
+    row = ' '.join(outcome.out.split())
+    assert (f'frames with ground truth {covered} of {len(recording)} RPE' in row) is is_said
 
 
 @pytest.mark.parametrize('command', ['replay', 'evaluate'])

@@ -43,3 +43,15 @@ def test_sensors_that_were_not_used_are_named(capfd):
 def test_no_more_than_five_runs_are_named(capfd):
     show_summary(9 * [DARK], Path('out'), on_stderr=False)
     assert capfd.readouterr().err.count('aick: dark') == 5
+
+
+def test_runs_are_named_whose_ground_truth_does_not_cover_all_frames(capfd):
+    covered = 'trajectory.covered_frames'
+    show_summary([{**TRACKED, 'frames': 144, covered: 144}, {**TRACKED, 'frames': 144, covered: 6},
+                  {**TRACKED, 'frames': 144, covered: None}, {**TRACKED, 'frames': 144}],
+                 Path('out'), on_stderr=False)
+    assert capfd.readouterr().err == (
+        'aick: desk (defaults): 6 of 144 frames have ground truth: errors are of these alone\n'
+        'aick: in 1 of 4 runs the ground truth does not cover all frames: out/table.parquet has '
+        'their number (trajectory.covered_frames)\n'
+        'aick: details: out/report.html\n')

@@ -43,7 +43,7 @@ def evaluation():
                                                              20: motions(0, 1)},
         pose_consistency=motions(8, 51), keypoints_mean=345.4,
         trajectory=namespace(rpe_1s_translation_rmse_m=0.01234, rpe_1s_rotation_rmse_deg=1.239,
-                             ate_rmse_m=0.0567, tracked_fraction=0.987),
+                             ate_rmse_m=0.0567, tracked_fraction=0.987, covered_frames=123),
         rest=namespace(stretches=2, duration_s=12.3, largest_translation_m=0.0012,
                        largest_rotation_deg=0.034, translation_mm_per_min=5.64,
                        rotation_deg_per_min=0.789),
@@ -134,6 +134,17 @@ def test_errors_drift_and_times_have_their_units(capsys, evaluation):
             'drift at rest 5.6 mm/min, 0.789 deg/min', 'tracked 0.987',
             'keypoints per frame 345', 'features, p50 / p99 4.0 / 9.1 ms',
             'total, p50 / p99 14.1 / 19.2 ms'} <= set(rows)
+
+
+@pytest.mark.parametrize('covered, rows', [
+    (None, []), (123, []), (122, ['122 of 123']), (0, ['0 of 123'])])
+def test_frames_with_ground_truth_are_counted_where_they_are_not_all(
+        capsys, evaluation, covered, rows):
+    evaluation.trajectory.covered_frames = covered
+    lines = [' '.join(line) for line in shown(capsys, evaluation)]
+    found = [line.removeprefix('frames with ground truth ') for line in lines
+             if line.startswith('frames with ground truth ')]
+    assert found == rows
 
 
 def test_wrong_decisions_are_counts_of_counts(capsys, evaluation):

@@ -104,7 +104,7 @@ def test_json_has_the_promised_names(evaluation):
         'pairs': {'1': pair, '5': pair},
         'trajectory': {'rpe_1s_translation_rmse_m': 'number',
                        'rpe_1s_rotation_rmse_deg': 'number', 'ate_rmse_m': 'number',
-                       'tracked_fraction': 'number'},
+                       'tracked_fraction': 'number', 'covered_frames': 'number'},
         'consistency': consistency, 'pose_consistency': motion,
         'silent_failures': {'reported_good': 'number', 'reported_good_but_off': 'number',
                             'refused': 'number', 'refused_but_good': 'number'},
@@ -212,7 +212,7 @@ def test_without_ground_truth_there_are_times_alone(source):
     assert set(figures['silent_failures'].values()) == {None}
     assert figures['trajectory'] == {
         'rpe_1s_translation_rmse_m': None, 'rpe_1s_rotation_rmse_deg': None, 'ate_rmse_m': None,
-        'tracked_fraction': 1.0}
+        'tracked_fraction': 1.0, 'covered_frames': None}
     assert figures['timing_ms']['features']['p50'] > 0
 
 

@@ -70,15 +70,25 @@ def test_lost_frames_are_not_tracked_and_their_poses_count():
     assert score.ate_rmse_m > 0.05
 
 
-@pytest.mark.parametrize('ground_truth', [None, Trajectory(
-    np.array([10 ** 15, 10 ** 15 + 1]), np.tile(np.eye(4), (2, 1, 1)))])
-def test_without_truth_at_its_time_only_the_tracked_share_is_known(ground_truth):
+@pytest.mark.parametrize('ground_truth, covered', [(None, None), (Trajectory(
+    np.array([10 ** 15, 10 ** 15 + 1]), np.tile(np.eye(4), (2, 1, 1))), 0)])
+def test_without_truth_at_its_time_only_the_tracked_share_is_known(ground_truth, covered):
     score = TrajectoryScore.of(records(path(), lost=[0]), ground_truth)
-    assert score == TrajectoryScore(None, None, None, pytest.approx((COUNT - 1) / COUNT))
+    assert score == TrajectoryScore(None, None, None, pytest.approx((COUNT - 1) / COUNT), covered)
+
+
+@pytest.mark.parametrize('count', [2, 6, COUNT])
+def test_frames_that_the_truth_covers_are_counted(count):
+    """A run whose ground truth ended early has an ATE, of few frames."""
+    poses = path()
+    short = Trajectory(PERIOD * np.arange(count), poses[:count])
+    score = TrajectoryScore.of(records(poses), short)
+    assert (score.covered_frames, score.ate_rmse_m is None) == (count, False)
 
 
 def test_no_frames_have_no_score():
-    assert TrajectoryScore.of([], truth(path())) == TrajectoryScore(None, None, None, None)
+    assert TrajectoryScore.of([], truth(path())) == TrajectoryScore(
+        None, None, None, None, 0)
 
 
 @pytest.mark.parametrize('count', [1, 2])
