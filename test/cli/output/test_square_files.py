@@ -3,18 +3,23 @@
 
 """The files of --export, read as the description of their format says."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+from evo.core import metrics, sync
+from evo.tools import file_interface
 from scipy.spatial.transform import Rotation
 
 from aick_ros import __version__
 from aick_ros.cli.output.square_files import write_square
-from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
 from aick_ros.evaluation.scores.motion_consistency import pose_consistency
+from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.geometry.trajectory import Trajectory, write_trajectory
 from aick_ros.registration.status import Status
 
 START = 1_700_000_000 * NANOSECONDS
@@ -103,3 +108,31 @@ def test_poses_that_claim_nothing_or_too_much_are_omitted(walk, tmp_path):
 def test_without_ground_truth_there_is_no_reference(walk, tmp_path):
     write_square(tmp_path, walk[0], None)
     assert [path.name for path in tmp_path.iterdir()] == ['estimate.SQUARE']
+
+
+def test_evo_has_the_same_ate_with_the_interpolated_ground_truth(walk, tmp_path):
+    """With the nearest pose instead its ATE is another one."""
+    true = walk[1].poses
+    stamps = START + 10_000_000 * np.arange(1001, dtype=np.int64)
+    truth = Trajectory(stamps, np.tile(np.eye(4), (len(stamps), 1, 1)))
+    truth.poses[:, :3, 3] = np.array([np.sin(stamps * 2e-9 + axis) for axis in range(3)]).T
+    records = [dataclasses.replace(record, pose=PoseWithCovariance(
+        truth.at(record.stamp) @ se3.exp(0.003 * pose[0, :3].repeat(2)), record.pose.covariance))
+        for record, pose in zip(walk[0], true)]
+    write_square(tmp_path, records, truth)
+    write_trajectory(tmp_path / 'truth.tum', truth)
+    write_trajectory(tmp_path / 'estimate.tum', trajectory_of(records))
+    ate = TrajectoryScore.of(records, truth).ate_rmse_m
+    assert evo_ate(tmp_path / 'reference.SQUARE', tmp_path / 'estimate.tum') == pytest.approx(
+        ate, rel=1e-3)
+    assert evo_ate(tmp_path / 'truth.tum', tmp_path / 'estimate.tum') > 1.05 * ate
+
+
+def evo_ate(truth, estimate):
+    """Return the ATE as the command evo_ape computes it with -a."""
+    pair = sync.associate_trajectories(
+        *(file_interface.read_tum_trajectory_file(str(path)) for path in (truth, estimate)))
+    pair[1].align(pair[0])
+    error = metrics.APE(metrics.PoseRelation.translation_part)
+    error.process_data(pair)
+    return error.get_statistic(metrics.StatisticsType.rmse)
