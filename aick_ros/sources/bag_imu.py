@@ -13,10 +13,13 @@ import numpy as np
 from aick_ros.borders.names import quoted
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.messages.imu import ImuBuffer, ImuMessage
+from aick_ros.messages.imu_clock import ImuClock
 from aick_ros.messages.synchronizer import Pair
 
 Extrinsic = Callable[[str, str], np.ndarray | None]
 """From the frames of the colour images and of another sensor to ``T_colour_sensor``, or None."""
+
+_CERTAIN = 2  # images from which the clock differs; chosen: one may follow a stray stamp
 
 
 class BagImu:
@@ -37,16 +40,22 @@ class BagImu:
         self._buffer = ImuBuffer()
         self._held: Pair | None = None
         self._missing = ''
+        self._clock = ImuClock()
+        self._differences: list[str] = []  # of the clocks, each in one sentence
+        self._has_new = False  # whether a sample has come since the pair before
 
     @property
     def remarks(self) -> Sequence[str]:
         """Why the samples are not used, in one sentence; none where they are."""
-        sentences = self._missing, self._buffer.complaint(self.topics[0] if self.topics else '')
+        clock = self._differences[0] if len(self._differences) == _CERTAIN else ''
+        sentences = (self._missing, clock,
+                     self._buffer.complaint(self.topics[0] if self.topics else ''))
         return [sentence for sentence in sentences if sentence][:1]
 
     def add(self, stamp: int, message: ImuMessage) -> Iterator[Pair]:
         """Add a sample with its stamp [ns], and yield the pair that it was missing for."""
         self._buffer.add(stamp, message)
+        self._has_new = True
         if self._held is not None and self._is_reached(self._held):
             yield from self.flush()
 
@@ -54,6 +63,7 @@ class BagImu:
         """Yield pairs in order, once their samples are there."""
         for pair in pairs:
             yield from self.flush()
+            self._compare_clocks(pair.colour_stamp)
             if self._is_reached(pair):
                 yield pair
             else:
@@ -78,6 +88,19 @@ class BagImu:
             return frame
         self._missing = ''
         return replace(frame, imu=self._buffer.take(T_colour_imu))
+
+    def _compare_clocks(self, image: int) -> None:
+        """
+        Note another clock, where samples still come; the stamp of the image is in [ns].
+
+        It stays noted: the images reach the stamps of a clock that is ahead.
+        """
+        if self._has_new and self._buffer.newest is not None:
+            self._clock.compare(image, self._buffer.newest)
+            complaint = self._clock.complaint(self.topics[0])
+            if complaint and len(self._differences) < _CERTAIN:
+                self._differences.append(complaint)
+        self._has_new = False
 
     def _is_reached(self, pair: Pair) -> bool:
         newest = self._buffer.newest

@@ -145,3 +145,42 @@ def test_an_imu_that_measures_nothing_is_remarked(tmp_path, inertial):
     remark, = source.remarks
     assert (f'samples of the IMU on {IMU_TOPIC} have neither a turn rate nor an acceleration'
             in remark)
+
+
+@pytest.mark.parametrize('shift, difference', [
+    (10.0, '10.0 s ahead of'), (-1.2, '1.2 s behind'), (0.9, ''), (-0.9, '')])
+def test_another_clock_of_an_imu_is_remarked(tmp_path, inertial, monkeypatch, shift, difference):
+    """Samples are in the bag up to 20 ms after their image."""
+    imu = bag_messages.imu
+    monkeypatch.setattr(bag_messages, 'imu', lambda stamp, *values: imu(
+        stamp + round(shift * 1e9), *values))
+    write_bag(tmp_path / 'out', inertial)
+    source = open_source(tmp_path / 'out')
+    assert len(list(source.frames(raise_damage))) == 6
+    assert source.remarks == ([
+        f'{tmp_path}/out: the samples of the IMU on {IMU_TOPIC} are stamped {difference} the '
+        'images and are not used: let both drivers stamp by one clock'] if difference else [])
+
+
+def pairs_of(imu, first, samples):
+    """Have a pair per sample pass, 100 ms apart [ms]; a sample that is None does not come."""
+    for index, stamp in enumerate(samples):
+        if stamp is not None:
+            list(imu.add(stamp * 10 ** 6, sample()))
+        list(imu.wait([Pair((first + 100 * index) * 10 ** 6, 'colour', 0, 'depth')]))
+
+
+def test_another_clock_stays_remarked_when_the_images_reach_its_stamps():
+    imu = BagImu('/imu', lambda *_: np.eye(4))
+    pairs_of(imu, 0, range(2000, 6000, 100))
+    remark, = imu.remarks
+    assert remark.startswith('the samples of the IMU on /imu are stamped 2.0 s ahead of the ')
+
+
+@pytest.mark.parametrize('samples', [
+    pytest.param([5000, *30 * [None]], id='ends'),
+    pytest.param([0, *range(5100, 7000, 100)], id='stray')])
+def test_an_imu_that_ends_and_a_stray_stamp_are_no_other_clock(samples):
+    imu = BagImu('/imu', lambda *_: np.eye(4))
+    pairs_of(imu, 5000, samples)
+    assert imu.remarks == []

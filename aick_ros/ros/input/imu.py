@@ -22,6 +22,7 @@ from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.messages.imu import ImuBuffer
 from aick_ros.messages.imu_cdr import read_imu
+from aick_ros.messages.imu_clock import ImuClock
 from aick_ros.ros.conversions import to_stamp
 from aick_ros.ros.input.polled_subscription import PolledSubscription
 from aick_ros.ros.input.transforms import Transforms
@@ -31,7 +32,6 @@ _QUEUE = 4000  # messages; chosen: four seconds at 1 kHz, as without images they
 _POLL_INTERVAL = 0.005  # s; chosen: an image waits for its samples and at most this longer
 _LATEST = NANOSECONDS // 20  # chosen: longer than a sample takes to arrive
 _SILENT = 1.0  # s; chosen
-_OTHER_CLOCK = NANOSECONDS  # chosen: longer than a sample is late, or an image
 
 
 class ImuInput:
@@ -54,8 +54,7 @@ class ImuInput:
         self._lock = threading.Lock()
         self._awaited: int | None = None  # stamp of the first image that waits [ns]
         self._missing = ''  # which transform is missing, in one sentence
-        self._clock = ''  # how the stamps differ from those of the images, in one sentence
-        self._oldest: int | None = None  # stamp of the last sample at the first image [ns]
+        self._clock = ImuClock()
         self._node = node
         self._subscription: PolledSubscription | None = None
         self._timer: Timer | None = None
@@ -90,7 +89,7 @@ class ImuInput:
         silence = time.monotonic() - self._received_at
         if silence > _SILENT:
             return f'no sample of the IMU has come on {topic} for {silence:.0f} s'
-        return self._missing or self._clock or self._buffer.complaint(topic)
+        return self._missing or self._clock.complaint(topic) or self._buffer.complaint(topic)
 
     def reaches(self, stamp: int) -> bool:
         """
@@ -127,7 +126,7 @@ class ImuInput:
         self._receive()
         if self._buffer.newest is None:
             return None
-        self._compare_clocks(stamp, self._buffer.newest)
+        self._clock.compare(stamp, self._buffer.newest)
         imu_frame = self._buffer.frame_id
         try:
             found = self._transforms.find(camera_frame, imu_frame, stamp)
@@ -142,17 +141,6 @@ class ImuInput:
             return None
         self._is_required = False
         return self._buffer.take(found.T_target_source)
-
-    def _compare_clocks(self, stamp: int, newest: int) -> None:
-        """Note how far all samples are from an image; stamps in [ns]."""
-        if self._oldest is None or newest < self._oldest:  # a bag that loops begins anew
-            self._oldest = newest
-        # images may wait for long: newer samples alone say nothing
-        behind, ahead = stamp - newest, self._oldest - stamp
-        self._clock = '' if max(behind, ahead) <= _OTHER_CLOCK else (
-            f'the samples of the IMU on {self._node.resolve_topic_name("imu")} are stamped '
-            f'{max(behind, ahead) / NANOSECONDS:.1f} s {"behind" if behind > 0 else "ahead of"} '
-            'the images and are not used: let both drivers stamp by one clock')
 
     def _poll(self) -> None:
         """Take the samples that an image waits for."""
