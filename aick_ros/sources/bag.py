@@ -21,10 +21,12 @@ import numpy as np
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
+from aick_ros.sources.bag_calibration import BagCalibration
 from aick_ros.sources.bag_cameras import BagCameras
 from aick_ros.sources.bag_file import BagFile, stamp_of
 from aick_ros.sources.bag_imu import BagImu
@@ -56,8 +58,8 @@ class BagSource:
                                          registered=not options.register_depth)
         self._length = min(topics[self._colour].msgcount, topics[self._depth].msgcount)
         self._cameras = BagCameras(self._bag, self._topics, options)
-        self._camera = self._cameras.colour(self._colour)
-        self._depth_camera = self._cameras.depth(self._depth) if options.register_depth else None
+        self._first_cameras = [self._cameras.colour(self._colour), *(
+            [self._cameras.depth(self._depth)] if options.register_depth else [])]
         self._remarks: Sequence[str] = ()
         self._decoder = FrameDecoder((self._colour, self._depth), '--register-depth')
 
@@ -117,9 +119,10 @@ class BagSource:
             end, or depth is to be registered and its extrinsic is not known.
         """
         found, imu = False, BagImu(self._topics.imu(self._colour), self._cameras.in_colour)
-        for pair in self._pairs(imu, on_damaged):
+        calibrations = self._cameras.calibrations(self._colour, self._depth, self._first_cameras)
+        for pair in self._pairs(imu, calibrations, on_damaged):
             found = True
-            decode = self._decoder_of(pair)
+            decode = self._decoder_of(pair, [each.camera for each in calibrations])
             try:
                 frame = decode(pair)
             except InputError as error:
@@ -134,20 +137,28 @@ class BagSource:
                 f'{self._options.max_interval:g} s of one on {self._depth}: check the stamps of '
                 'the two drivers')
 
-    def _decoder_of(self, pair: Pair) -> Callable[[Pair], RgbdFrame]:
+    def _decoder_of(self, pair: Pair, cameras: Sequence[Camera]) -> Callable[[Pair], RgbdFrame]:
         """Return the function that decodes a pair; InputError where its extrinsic is missing."""
-        if self._depth_camera is None:
-            return partial(self._decoder.decode, camera=self._camera)
-        return partial(self._decoder.decode_and_reproject, camera=self._camera,
-                       depth_camera=self._depth_camera,
+        if not self._options.register_depth:
+            return partial(self._decoder.decode, camera=cameras[0])
+        return partial(self._decoder.decode_and_reproject, camera=cameras[0],
+                       depth_camera=cameras[1],
                        T_colour_depth=self._cameras.depth_in_colour(
                            pair.colour.header.frame_id, pair.depth.header.frame_id))
 
-    def _pairs(self, imu: BagImu, on_damaged: OnDamaged) -> Iterator[Pair]:
+    def _pairs(self, imu: BagImu, calibrations: Sequence[BagCalibration],
+               on_damaged: OnDamaged) -> Iterator[Pair]:
+        """Yield the pairs as they are found, while the calibrations are those of that moment."""
         synchronizer = Synchronizer(self._options.max_interval, _QUEUE_SIZE)
         add = {self._colour: synchronizer.add_colour, self._depth: synchronizer.add_depth}
         streams = {topic: BagStream(partial(self._report, on_damaged, topic)) for topic in add}
-        for topic, log_time, message in self._bag.messages([*add, *imu.topics], on_damaged):
+        infos = [topic for each in calibrations for topic in each.topics]
+        for topic, log_time, message in self._bag.messages(
+                [*add, *imu.topics, *infos], on_damaged):
+            if topic in infos:
+                for each in calibrations:
+                    each.take(topic, message)
+                continue
             stamp = stamp_of(message)
             if topic in imu.topics:
                 yield from imu.add(stamp, message)

@@ -5,9 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 
@@ -15,8 +14,9 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.frame_tree import FrameTree
-from aick_ros.messages.camera_info import is_rectified, to_camera
+from aick_ros.messages.camera_info import is_rectified
 from aick_ros.sources import SourceOptions, raise_damage
+from aick_ros.sources.bag_calibration import BagCalibration, camera_of
 from aick_ros.sources.bag_file import BagFile
 from aick_ros.sources.bag_topics import TRANSFORMS, BagTopics
 from aick_ros.sources.calibration import BY_OPTION, read_camera
@@ -64,6 +64,23 @@ class BagCameras:
         info = self._topics.depth_info(self._options.depth_info_topic, images)
         return self._camera(info, images, 'or choose another one with --depth-info-topic')
 
+    def calibrations(self, colour: str, depth: str, first: Sequence[Camera]
+                     ) -> list[BagCalibration]:
+        """
+        Return the calibrations that follow the camera_info of the colour and the depth images.
+
+        :param colour: topic of the colour images; depth likewise.
+        :param first: cameras of both at the start; the colour camera alone: only its calibration.
+        """
+        info = None
+        if self._options.camera is None:
+            info = self._topics.info(self._options.info_topic, colour)
+        found = [BagCalibration(first[0], info, is_rectified(colour))]
+        for camera in first[1:]:
+            info = self._topics.depth_info(self._options.depth_info_topic, depth)
+            found.append(BagCalibration(camera, info, is_rectified(depth)))
+        return found
+
     def depth_in_colour(self, colour_frame: str, depth_frame: str) -> np.ndarray:
         """
         Return ``T_colour_depth``, 4x4: the option's, or that of fixed transforms in the bag.
@@ -92,7 +109,7 @@ class BagCameras:
     def _camera(self, topic: str, images: str, remedy: str) -> Camera:
         for message in self._bag.messages([topic], raise_damage):
             try:
-                return to_camera(_as_in_ros2(message.content), is_rectified(images))
+                return camera_of(message.content, is_rectified(images))
             except InputError as error:
                 raise InputError(f'{self._topics.bag}, {topic}: {error}; {remedy}') from None
         raise InputError(f'{self._topics.bag} has no message on {topic}: record it again, '
@@ -129,10 +146,3 @@ def _given_pose(options: SourceOptions) -> np.ndarray | None:
     except ValueError:
         raise InputError(f'--depth-in-colour {" ".join(map(str, numbers))} is no pose: x y z qx '
                          'qy qz qw are required') from None
-
-
-def _as_in_ros2(info: Any) -> Any:
-    """Return a camera_info with the matrices in small letters; ROS 1 has them in capitals."""
-    if hasattr(info, 'k'):
-        return info
-    return SimpleNamespace(**vars(info), k=info.K, d=info.D, p=info.P)

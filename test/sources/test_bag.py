@@ -3,6 +3,7 @@
 
 """Bags written by plain rosbags: against what was put in, and each way in which one can be bad."""
 
+import dataclasses
 import os
 import re
 import shutil
@@ -21,6 +22,7 @@ from aick_ros.borders import bag_limits
 from aick_ros.borders.limits import MAX_METADATA_BYTES
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources import SourceOptions, bag_file, open_source, raise_damage
 from aick_ros.sources.bag import BagSource
 
@@ -291,6 +293,42 @@ def test_given_topics_and_camera_are_taken(tmp_path, recording, assert_same_fram
     assert len(frames) == 6 and frames[0].camera.fx == 9
 
 
+def halved(frame):
+    """Return a frame of half the size with its camera."""
+    half = Camera(16, 12, 12.75, 12.5, 7.75, 5.5)
+    return dataclasses.replace(frame, colour=frame.colour[::2, ::2], depth=frame.depth[::2, ::2],
+                               camera=half)
+
+
+def of_two_sizes(messages, frames):
+    """Yield the topics and messages of frames, each with its camera_info and one of zeros."""
+    for frame in frames:
+        yield INFO, messages.info(frame.camera)
+        yield INFO, messages.info(frame.camera, np.zeros(9))
+        yield COLOUR, messages.image(frame.stamp, frame.colour, 'rgb8')
+        yield DEPTH, messages.image(frame.depth_stamp, frame.depth, '32FC1')
+
+
+@pytest.mark.parametrize('version', [1, 2])
+def test_images_have_the_camera_of_the_latest_camera_info(
+        tmp_path, recording, assert_same_frames, version):
+    """One that describes no camera changes nothing; each reading begins with the first one."""
+    frames = [*recording.recorded[:3], *map(halved, recording.recorded[3:])]
+    frames = [dataclasses.replace(frame, depth_stamp=frame.stamp) for frame in frames]
+    source = BagSource(write(tmp_path / NAMES[version], of_two_sizes(Messages(version), frames),
+                             version))
+    for _ in range(2):
+        assert_same_frames(list(source.frames(raise_damage)), frames)
+
+
+def test_a_camera_that_is_given_never_changes(tmp_path, recording):
+    camera = tmp_path / 'camera.json'
+    camera.write_text('{"width": 32, "height": 24, "k": [9, 0, 16, 0, 9, 12, 0, 0, 1]}')
+    path = write(tmp_path / 'bag', of_two_sizes(Messages(), recording.recorded))
+    frames = BagSource(path, SourceOptions(camera)).frames(raise_damage)
+    assert [frame.camera.fx for frame in frames] == 6 * [9]
+
+
 def test_no_camera_info_says_how_to_give_one(tmp_path, recording):
     rows = [row for row in Messages().recording(recording) if row[0] != INFO]
     with pytest.raises(InputError, match='no camera_info topic.*it has /depth.*--camera FILE'):
@@ -542,7 +580,8 @@ def test_only_few_images_wait_for_a_partner(tmp_path, recording, monkeypatch):
     source = BagSource(write(tmp_path / 'bag', rows()))
     original = source._bag.messages
     monkeypatch.setattr(source._bag, 'messages', lambda *arguments: (
-        row._replace(content=Watched(row.content)) for row in original(*arguments)))
+        row if row.topic == INFO else row._replace(content=Watched(row.content))
+        for row in original(*arguments)))
     monkeypatch.setattr(source._decoder, 'decode', lambda pair, camera: first)
     assert len(list(source.frames(raise_damage))) == 1
     assert len(waiting) == 301

@@ -173,6 +173,13 @@ def test_a_given_calibration_topic_is_used(tmp_path, views):
     assert_registered(frame, views[0])
 
 
+def test_depth_has_the_camera_of_the_latest_camera_info(tmp_path, views):
+    other = '/depth/camera_info', camera_info(STAMP, COLOUR_CAMERA)
+    bag = write(tmp_path / 'bag', TREE, INFO, other, DEPTH_INFO, COLOUR, depth(views[1]))
+    frame, = BagSource(bag, SourceOptions(register_depth=True)).frames(raise_damage)
+    assert_registered(frame, views[0])
+
+
 def test_depth_of_another_size_than_its_calibration_is_reported(tmp_path, views):
     bag = write(tmp_path / 'bag', TREE, INFO, DEPTH_INFO, COLOUR, depth(views[0]))
     damage = []
