@@ -20,6 +20,8 @@ from aick_ros.messages.depth_scaling import enlarge
 from aick_ros.messages.depth_to_colour import DepthToColour
 from aick_ros.messages.synchronizer import Pair
 
+_FAR = 1.0  # [m]; chosen: no device with both cameras is that wide
+
 
 class FrameDecoder:
     """
@@ -66,8 +68,13 @@ class FrameDecoder:
         colour, depth = self._images(pair)
         _require_size(self._colour_name, pair.colour_stamp, colour, camera)
         _require_size(self._depth_name, pair.depth_stamp, depth, depth_camera)
-        reprojection = self._reprojection(depth_camera, camera, T_colour_depth)
-        return RgbdFrame(pair.colour_stamp, colour, reprojection.reproject(depth), camera,
+        registered = self._reprojection(depth_camera, camera, T_colour_depth).reproject(depth)
+        distance = float(np.linalg.norm(T_colour_depth[:3, 3]))
+        if distance > _FAR and np.isnan(registered).all() and np.any(depth > 0.0):
+            raise _named(self._depth_name, pair.depth_stamp, InputError(
+                'no depth falls into the colour image, as by its pose the depth camera is '
+                f'{distance:.3g} m from the colour camera: check that the pose is in metres'))
+        return RgbdFrame(pair.colour_stamp, colour, registered, camera,
                          pair.depth_stamp).handed_over()
 
     def _reprojection(self, depth_camera: Camera, camera: Camera,

@@ -93,6 +93,27 @@ def test_a_reprojection_is_that_of_these_cameras(pair, changes):
             given['depth_camera'], given['camera'], given['T']).reproject(DEPTH))
 
 
+@pytest.mark.parametrize('distance, depth, is_rejected', [
+    (25.0, DEPTH, True), (1.1, 0.01 * DEPTH, True), (0.9, 0.01 * DEPTH, False),
+    (25.0, np.full_like(DEPTH, np.nan), False)])
+def test_a_pose_in_millimetres_is_named(pair, distance, depth, is_rejected):
+    """Depth that a near camera has elsewhere is none, nor is that of an image without depth."""
+    T_colour_depth = se3.exp([-distance, 0, 0, 0, 0, 0])
+    pair = pair._replace(depth=encode_depth(depth))
+
+    def depth_of_frame():
+        return FrameDecoder().decode_and_reproject(
+            pair, CAMERA, DEPTH_CAMERA, T_colour_depth).depth
+
+    if not is_rejected:
+        assert np.isnan(depth_of_frame()).all()
+        return
+    with pytest.raises(InputError, match=(
+            'depth at 0.000000101: no depth falls into the colour image, as by its pose the depth '
+            f'camera is {distance:g} m from the colour camera: check that the pose is in metres')):
+        depth_of_frame()
+
+
 def test_an_unchanged_reprojection_is_not_made_again(pair, monkeypatch):
     """It takes longer than its use; only the last one is kept."""
     made = []
