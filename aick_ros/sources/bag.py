@@ -56,6 +56,9 @@ class BagSource:
         self._colour = self._topics.colour(options.colour_topic, options.depth_topic)
         self._depth = self._topics.depth(options.depth_topic, self._colour,
                                          registered=not options.register_depth)
+        if self._colour == self._depth:
+            raise InputError(f'{path}: the same topic is given for colour and depth, '
+                             f'{self._colour}: give both, with --colour-topic and --depth-topic')
         self._length = min(topics[self._colour].msgcount, topics[self._depth].msgcount)
         self._cameras = BagCameras(self._bag, self._topics, options)
         self._first_cameras = [self._cameras.colour(self._colour), *(

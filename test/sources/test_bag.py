@@ -293,6 +293,14 @@ def test_given_topics_and_camera_are_taken(tmp_path, recording, assert_same_fram
     assert len(frames) == 6 and frames[0].camera.fx == 9
 
 
+@pytest.mark.parametrize('depth_topic', [DEPTH, None])
+def test_one_topic_for_both_images_is_rejected(bag, depth_topic):
+    """Given for colour alone, it is that of depth by its name."""
+    with pytest.raises(InputError, match='bag: the same topic is given for colour and depth, '
+                       f'{DEPTH}: give both, with --colour-topic and --depth-topic$'):
+        BagSource(bag, SourceOptions(colour_topic=DEPTH, depth_topic=depth_topic))
+
+
 def halved(frame):
     """Return a frame of half the size with its camera."""
     half = Camera(16, 12, 12.75, 12.5, 7.75, 5.5)
