@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from aick_ros.borders.names import counted
 from aick_ros.cli import exit_codes
 from aick_ros.cli.fleet.content import identity_of, state_of
 from aick_ros.cli.fleet.job import Finished, Job, run_job
@@ -48,7 +49,8 @@ Sources = Annotated[list[str] | None, typer.Argument(
          'also URLs, as s3://BUCKET/FOLDER.')]
 Out = Annotated[Path, typer.Option(
     '--out', metavar='DIR',
-    help='Folder of the table, the runs and the report. The same command resumes there.')]
+    help='Folder of the table, the runs and the report. The same command resumes there; another '
+         'one replaces table and report.')]
 Listed = Annotated[Path | None, typer.Option(
     '--list', metavar='FILE', show_default=False, help='File with more sources, one per line.')]
 Vary = Annotated[list[str] | None, typer.Option(
@@ -110,7 +112,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
         with Interruption() as interruption:
             fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
             rows = fleet_run.results.write_table(jobs)
-    _report(rows, page(rows), out, json)
+    _report(rows, page(rows), out, json, fleet_run.others)
     return _interrupted(len(jobs) - len(rows)) if interruption.requested else fleet_run.code(rows)
 
 
@@ -174,6 +176,11 @@ class _Fleet:
             finally:
                 _remove_copies(client, left)
 
+    @property
+    def others(self) -> int:
+        """Number of runs in the folder that are not of this command."""
+        return len(self.results.rows.keys() - self._jobs.keys())
+
     def code(self, rows: Sequence[Row]) -> int:
         """Return the exit code of a fleet with these rows, which was not interrupted."""
         is_whole = not self.unasked and all(map(is_tracked, rows))
@@ -226,12 +233,15 @@ class _Fleet:
                 'identity': self._identities.get(key, ''), **facts}
 
 
-def _report(rows: Sequence[Row], page: str, out: Path, json: str | None) -> None:
-    """Write the page and the JSON, and show the scores."""
+def _report(rows: Sequence[Row], page: str, out: Path, json: str | None, others: int) -> None:
+    """Write the page and the JSON, show the scores, and say how many other runs are there."""
     write_whole(out / REPORT, page)
     if json is not None:
         write_json(json, rows)
     show_summary(rows, out, on_stderr=json == STANDARD_OUTPUT)
+    if others:
+        say(f'{counted(others, "run")} of other commands {"is" if others == 1 else "are"} kept in '
+            f'{out / "runs"}, and not in the table')
 
 
 def _interrupted(left: int) -> int:

@@ -118,6 +118,26 @@ def test_what_is_unchanged_is_not_run_again(fleet, aick, recordings, scheduler, 
     assert 'done already' not in fifth.err
 
 
+def test_another_command_in_the_folder_keeps_other_runs_and_says_so(
+        aick, recordings, scheduler, tmp_path):
+    """It replaces the table, and runs of the same name of settings; the first command resumes."""
+    def run(*arguments):
+        outcome = aick('fleet', recordings / 'monday', '--out', 'out', '--scheduler', scheduler,
+                       '--gaps', '1', '--limit', '2', *arguments)
+        return outcome, [row['variant'] for row in read_table(tmp_path / 'out' / 'table.parquet')]
+    kept = 'of other commands {} kept in out/runs, and not in the table'
+    first, both = '--vary=aick.alpha=0.6,0.7', ['aick.alpha=0.6', 'aick.alpha=0.7']
+    outcome, variants = run(first)
+    assert variants == both and 'other commands' not in outcome.err
+    outcome, variants = run()
+    assert variants == ['settings'] and f'aick: 2 runs {kept.format("are")}\n' in outcome.err
+    outcome, variants = run(first)
+    assert variants == both and '2 of 2 runs are done already' in outcome.err
+    assert f'aick: 1 run {kept.format("is")}\n' in outcome.err
+    assert 'done already' not in run('--set', 'aick.alpha=0.7')[0].err
+    assert 'done already' not in run()[0].err  # both have the name 'settings'
+
+
 def test_an_interrupted_fleet_keeps_what_is_done(fleet, monkeypatch):
     class Interrupted(fleet_module.Interruption):
         def __enter__(self):
