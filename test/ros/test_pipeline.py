@@ -63,6 +63,7 @@ class Seen:
         self.distortion = NO_DISTORTION
         self.gyroscope = SimpleNamespace(complaint='', description='gyroscope of a test')
         self.gravity = SimpleNamespace(complaint='', description='gravity of a test')
+        self.plane = SimpleNamespace(complaint='')
 
     def prepare(self, frame):
         return SimpleNamespace(frame=frame, add_imu=self.imu.append)
