@@ -10,7 +10,7 @@ and reported.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import cached_property, partial
 from pathlib import Path
@@ -123,9 +123,10 @@ class BagSource:
         """
         found, imu = False, BagImu(self._topics.imu(self._colour), self._cameras.in_colour)
         calibrations = self._cameras.calibrations(self._colour, self._depth, self._first_cameras)
-        for pair in self._pairs(imu, calibrations, on_damaged):
+        seen_by: dict[int, Sequence[Camera]] = {}
+        for pair in self._pairs(imu, calibrations, seen_by, on_damaged):
             found = True
-            decode = self._decoder_of(pair, [each.camera for each in calibrations])
+            decode = self._decoder_of(pair, seen_by.pop(pair.colour_stamp))
             try:
                 frame = decode(pair)
             except InputError as error:
@@ -150,8 +151,19 @@ class BagSource:
                            pair.colour.header.frame_id, pair.depth.header.frame_id))
 
     def _pairs(self, imu: BagImu, calibrations: Sequence[BagCalibration],
-               on_damaged: OnDamaged) -> Iterator[Pair]:
-        """Yield the pairs as they are found, while the calibrations are those of that moment."""
+               seen_by: dict[int, Sequence[Camera]], on_damaged: OnDamaged) -> Iterator[Pair]:
+        """
+        Yield the pairs as they are found.
+
+        :param seen_by: gets the cameras of the moment in which a pair is found, by its stamp: it
+            may wait for samples of the IMU.
+        """
+        def waiting(pairs: Iterable[Pair]) -> Iterator[Pair]:
+            pairs = list(pairs)
+            for pair in pairs:
+                seen_by[pair.colour_stamp] = [each.camera for each in calibrations]
+            yield from imu.wait(pairs)
+
         synchronizer = Synchronizer(self._options.max_interval, _QUEUE_SIZE)
         add = {self._colour: synchronizer.add_colour, self._depth: synchronizer.add_depth}
         streams = {topic: BagStream(partial(self._report, on_damaged, topic)) for topic in add}
@@ -167,11 +179,11 @@ class BagSource:
                 yield from imu.add(stamp, message)
                 continue
             for image in streams[topic].add(StampedMessage(stamp, message), log_time):
-                yield from imu.wait(add[topic](*image))
+                yield from waiting(add[topic](*image))
         for topic, stream in streams.items():
             for image in stream.flush():
-                yield from imu.wait(add[topic](*image))
-        yield from imu.wait(synchronizer.flush())
+                yield from waiting(add[topic](*image))
+        yield from waiting(synchronizer.flush())
         yield from imu.flush()
 
     def _report(self, on_damaged: OnDamaged, topic: str, stamp: int, reason: str) -> None:

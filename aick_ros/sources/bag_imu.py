@@ -19,7 +19,11 @@ from aick_ros.messages.synchronizer import Pair
 Extrinsic = Callable[[str, str], np.ndarray | None]
 """From the frames of the colour images and of another sensor to ``T_colour_sensor``, or None."""
 
-_CERTAIN = 2  # images from which the clock differs; chosen: one may follow a stray stamp
+_FEWEST, _SHARE = 2, 0.25
+"""Images from which the clock differs where it is another one, and their share of all.
+
+Chosen: one may follow a stray stamp, and the first ones of a camera below 1 Hz are behind; those
+that reach the stamps of a clock that is ahead no longer differ."""
 
 
 class BagImu:
@@ -41,13 +45,15 @@ class BagImu:
         self._held: Pair | None = None
         self._missing = ''
         self._clock = ImuClock()
-        self._differences: list[str] = []  # of the clocks, each in one sentence
+        self._difference = ''  # of the clocks, as it was seen first
+        self._compared = self._differing = 0  # images
         self._has_new = False  # whether a sample has come since the pair before
 
     @property
     def remarks(self) -> Sequence[str]:
         """Why the samples are not used, in one sentence; none where they are."""
-        clock = self._differences[0] if len(self._differences) == _CERTAIN else ''
+        is_other = self._differing >= max(_FEWEST, _SHARE * self._compared)
+        clock = self._difference if is_other else ''
         sentences = (self._missing, clock,
                      self._buffer.complaint(self.topics[0] if self.topics else ''))
         return [sentence for sentence in sentences if sentence][:1]
@@ -90,16 +96,13 @@ class BagImu:
         return replace(frame, imu=self._buffer.take(T_colour_imu))
 
     def _compare_clocks(self, image: int) -> None:
-        """
-        Note another clock, where samples still come; the stamp of the image is in [ns].
-
-        It stays noted: the images reach the stamps of a clock that is ahead.
-        """
+        """Note whether the clock is another one, where samples still come; the stamp is in [ns]."""
         if self._has_new and self._buffer.newest is not None:
             self._clock.compare(image, self._buffer.newest)
             complaint = self._clock.complaint(self.topics[0])
-            if complaint and len(self._differences) < _CERTAIN:
-                self._differences.append(complaint)
+            self._compared += 1
+            self._differing += bool(complaint)
+            self._difference = self._difference or complaint
         self._has_new = False
 
     def _is_reached(self, pair: Pair) -> bool:

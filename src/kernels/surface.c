@@ -35,14 +35,28 @@ static inline float mean_inverse(const float *depths, Py_ssize_t step, Py_ssize_
 
 static inline bool is_valid(float depth) { return depth > 0.0f && depth < INFINITY; }
 
-// Whether a pixel is invalid by itself, and not at a hole: most of those around it are valid.
-static bool is_alone(const float *depths, Size image, Py_ssize_t row, Py_ssize_t column) {
+// The number of valid pixels around one.
+static int valid_around(const float *depths, Size image, Py_ssize_t row, Py_ssize_t column) {
   int valid = 0;
   for (Py_ssize_t y = row - 1; y <= row + 1; ++y)
     for (Py_ssize_t x = column - 1; x <= column + 1; ++x)
       valid += y >= 0 && y < image.height && x >= 0 && x < image.width &&
-               is_valid(depths[y * image.width + x]);
-  return valid >= AROUND;
+               (y != row || x != column) && is_valid(depths[y * image.width + x]);
+  return valid;
+}
+
+// Whether an invalid pixel is no part of a hole: most of those around it are valid, and the others
+// are no part of one either.
+static bool is_alone(const float *depths, Size image, Py_ssize_t row, Py_ssize_t column) {
+  if (valid_around(depths, image, row, column) < AROUND)
+    return false;
+  for (Py_ssize_t y = row - 1; y <= row + 1; ++y)
+    for (Py_ssize_t x = column - 1; x <= column + 1; ++x)
+      if (y >= 0 && y < image.height && x >= 0 && x < image.width &&
+          !is_valid(depths[y * image.width + x]) &&
+          valid_around(depths, image, y, x) < AROUND - 1)
+        return false;
+  return true;
 }
 
 // The mean inverse depth of a cell of which some pixels are invalid, each alone, by its first row

@@ -170,6 +170,12 @@ def pairs_of(imu, first, samples):
         list(imu.wait([Pair((first + 100 * index) * 10 ** 6, 'colour', 0, 'depth')]))
 
 
+def test_a_few_samples_with_stamps_since_boot_are_no_other_clock():
+    imu = BagImu('/imu', lambda *_: np.eye(4))
+    pairs_of(imu, 100_000, [100, 200, 300, *range(100_300, 102_000, 100)])
+    assert imu.remarks == []
+
+
 def test_another_clock_stays_remarked_when_the_images_reach_its_stamps():
     imu = BagImu('/imu', lambda *_: np.eye(4))
     pairs_of(imu, 0, range(2000, 6000, 100))

@@ -42,6 +42,11 @@ Measured on a Kinect, whose images are stamped on arrival: -0.02 and -0.03 s. On
 without an offset gravity is known as early with it as with a sixth of it."""
 
 _RETRIED = 90  # frames; chosen: a filter that is right settles meanwhile
+_MISSED = 30  # frames; chosen: a jolt is over
+_SHOWN = math.radians(1.5)
+"""Standard deviation of the direction of gravity from which on the motion shows it [rad], chosen.
+
+At rest the camera contradicts no direction."""
 
 
 class Gravity:
@@ -86,6 +91,7 @@ class Gravity:
         self._disagreement = Disagreement(_MEMORY, _WRONG, _RIGHT)
         self._agreed_for = 0  # frames, without many that disagree; at most _RETRIED
         self._no_gravity = 0.0  # length of a first force that is none [m/s^2]
+        self._missed_for = 0  # frames since then
         self.restart()
 
     def restart(self) -> None:
@@ -159,7 +165,7 @@ class Gravity:
         """The contradiction of the samples to gravity or camera; '' where there is none."""
         if self._samples.unchanged:
             return self._samples.unchanged
-        if self._no_gravity:
+        if self._missed_for >= _MISSED:
             return (f'the accelerometer measures {self._no_gravity:.2f} m/s^2, and gravity is '
                     '9.8: check that its samples are in m/s^2, not in g')
         if self._disagreement.is_wrong:
@@ -273,8 +279,7 @@ class Gravity:
         :param corrected: the pose with it, ``T_odom_camera``, its covariance since the start.
         """
         is_level = self.start is not None and self._settings.gravity
-        if self._no_gravity:
-            self._first_force(stamp)  # as a hand may have shaken it
+        self._retry(stamp)
         if not is_level and not self._is_for_displacements:
             return
         elapsed = _LONGEST_STEP if self._stamp is None else seconds(self._stamp, stamp)
@@ -349,9 +354,19 @@ class Gravity:
             self._forces, self._turn, stamp, self._offset)
         if force is None:
             return None
-        is_gravity = may_be_gravity(force)
-        self._no_gravity = 0.0 if is_gravity else math.hypot(*force)
-        return force if is_gravity else None
+        if may_be_gravity(force):
+            return force
+        self._no_gravity = self._no_gravity or math.hypot(*force)
+        return None
+
+    def _retry(self, stamp: int) -> None:
+        """Count the frames without a force that may be gravity since the first; see if one is."""
+        if not self._no_gravity:
+            return
+        self._missed_for += 1
+        recent = self._forces.recent(stamp + self._offset, STEP)
+        if len(recent) and may_be_gravity(recent.mean(axis=0)):  # a hand has shaken it before
+            self._no_gravity, self._missed_for = 0.0, 0
 
     def _tilt_variance(self, force: np.ndarray) -> float:
         """Return the variance of roll, and of pitch, by a force that has the bias [rad^2]."""
@@ -360,7 +375,8 @@ class Gravity:
     def _note(self, agrees: bool) -> None:
         """Note whether a position is the one expected; begin anew, and again, where it is not."""
         self._disagreement.note(agrees)
-        if self._agreed_for < _RETRIED:
+        if self._agreed_for < _RETRIED and (
+                self._disagreement.is_suspected or self.tilt_sigma < _SHOWN):
             self._agreed_for = 0 if self._disagreement.is_suspected else self._agreed_for + 1
         if self._disagreement.wrong_for % _RETRIED == 1:
             self._filter = None

@@ -44,7 +44,8 @@ class Filter:
 
     def __init__(self, played, made_with):
         self._played, self.made_with = played, made_with
-        self.up = SimpleNamespace(in_axes=lambda rotation: ('up', rotation))
+        self.up = SimpleNamespace(in_axes=lambda rotation: ('up', rotation),
+                                  covariance=played.known ** 2 * np.eye(3))
         self.time_offset = played.late
 
     def copy(self):
@@ -62,7 +63,7 @@ class Played:
 
     def __init__(self, monkeypatch, settings=SETTINGS):
         self.log, self.filters, self.began, self.agrees = [], [], [], True
-        self.doubted = []
+        self.doubted, self.known = [], 0.001
         self.late, self.turned = 0.0, None
         self.force, self.duration = FORCE, 0.1
         monkeypatch.setattr('aick_ros.odometry.inertial.gravity.GravityFilter', self._filter)
@@ -187,11 +188,14 @@ def test_where_the_axes_of_the_samples_are_known_better_the_filter_is_corrected(
     assert played.kinds() == ['mount', 'add']
 
 
-@pytest.mark.parametrize('agreeing, is_doubted', [(60, True), (100, False)])
+@pytest.mark.parametrize('agreeing, known, is_doubted', [
+    (60, 0.001, True), (100, 0.001, False), (300, 0.1, True)])
 def test_a_start_is_doubted_where_the_camera_contradicts_it_before_it_was_confirmed(
-        play, agreeing, is_doubted):
-    """For three seconds at 30 Hz: later it is known without the accelerometer."""
-    played = play()
+        play, agreeing, known, is_doubted):
+    """By three seconds at 30 Hz of a motion that shows it: at rest all directions agree."""
+    played = play(0)
+    played.known = known
+    played.update(0.0)
     for index in range(1, agreeing):
         played.update(0.1 * index)
     assert not played.doubted
