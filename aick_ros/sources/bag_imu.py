@@ -96,7 +96,7 @@ class BagImu:
         return replace(frame, imu=self._buffer.take(T_colour_imu))
 
     def _compare_clocks(self, image: int) -> None:
-        """Note whether the clock is another one, where samples still come; the stamp is in [ns]."""
+        """Note whether the clock is another one, where samples still come; the image in [ns]."""
         if self._has_new and self._buffer.newest is not None:
             self._clock.compare(image, self._buffer.newest)
             complaint = self._clock.complaint(self.topics[0])
