@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the camera contradicts in a recording, in words, while the odometry runs."""
+"""Contradictions of sensors and plane to the camera, told while a recording is followed."""
 
 from __future__ import annotations
 

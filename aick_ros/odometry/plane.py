@@ -11,6 +11,7 @@ import numpy as np
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.pose_fusion import Fusion
 from aick_ros.odometry.inertial.disagreement import Disagreement
 from aick_ros.odometry.motion_term import MotionTerm
 from aick_ros.settings import OdometrySettings
@@ -87,19 +88,24 @@ class Plane:
 
     def fused(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return a pose ``T_reckoned_camera`` with the term."""
-        if not self._is_used or self._T_reckoned_base is None:
-            return pose
-        return self._term(pose.matrix, self._T_reckoned_base).added_to(pose).pose
+        fusion = self._fusion(pose)
+        return pose if fusion is None else fusion.pose
 
     def measured(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return what :meth:`fused` does, of a pose that was measured; note if it is outside."""
-        if not self._is_used or self._T_reckoned_base is None:
+        fusion = self._fusion(pose)
+        if fusion is None:
             return pose
-        fusion = self._term(pose.matrix, self._T_reckoned_base).added_to(pose)
         self._disagreement.note(fusion.is_of_noise)
         if not fusion.is_of_noise:
             self._off = fusion.error
         return fusion.pose
+
+    def _fusion(self, pose: PoseWithCovariance) -> Fusion | None:
+        """Return a pose fused with the term; None: there is no plane."""
+        if not self._is_used or self._T_reckoned_base is None:
+            return None
+        return self._term(pose.matrix, self._T_reckoned_base).added_to(pose)
 
     @property
     def _T_camera_base(self) -> np.ndarray:

@@ -375,9 +375,11 @@ class Gravity:
     def _note(self, agrees: bool) -> None:
         """Note whether a position is the one expected; begin anew, and again, where it is not."""
         self._disagreement.note(agrees)
-        if self._agreed_for < _RETRIED and (
-                self._disagreement.is_suspected or self.tilt_sigma < _SHOWN):
-            self._agreed_for = 0 if self._disagreement.is_suspected else self._agreed_for + 1
+        if self._agreed_for < _RETRIED:
+            if self._disagreement.is_suspected:
+                self._agreed_for = 0
+            elif self.tilt_sigma < _SHOWN:
+                self._agreed_for += 1
         if self._disagreement.wrong_for % _RETRIED == 1:
             self._filter = None
 
