@@ -45,8 +45,8 @@ def corners(
 def corrected_tracks(
     image: np.ndarray, jump: float, nearest: float, farthest: float, camera: np.ndarray,
     source_twists: np.ndarray, source_height: float, target_twists: np.ndarray,
-    target_height: float, colour_focal: float, depth_focal: float, pose: np.ndarray,
-    points: np.ndarray, rays: np.ndarray, corrected_points: np.ndarray,
+    target_height: float, colour_focal: float, depth_focal: float, colour_radial: float,
+    pose: np.ndarray, points: np.ndarray, rays: np.ndarray, corrected_points: np.ndarray,
     corrected_rays: np.ndarray) -> None: ...
 def depth_equations(
     points: np.ndarray, directions: np.ndarray, jacobian: np.ndarray, values: np.ndarray,

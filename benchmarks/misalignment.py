@@ -9,8 +9,10 @@ Whether a misalignment of the camera is found, and what its correction brings.
 A SOURCE is a recording with ground truth, or a rendered room of 120 frames by a Kinect with a
 defect: ``good:SEED`` has none; the depth of ``lever:SEED`` is registered 25 mm and 1 degree wrong,
 that of ``turned:SEED`` 15 mm and 2 degrees; that of ``late:SEED`` is taken 15 ms later than its
-stamps say. ``raw:SEED`` gives both images as its two cameras take them, 26 mm apart, with focal
-lengths of 525 and 585 px, and the calibration of the depth camera for both.
+stamps say. The colour camera of ``lens:SEED`` has a lens with a radial coefficient of -0.1, that
+of ``lens+:SEED`` one of 0.05, which the calibration does not have. ``raw:SEED`` gives both images
+as its two cameras take them, 26 mm apart, with focal lengths of 525 and 585 px, and the calibration
+of the depth camera for both.
 """
 
 from __future__ import annotations
@@ -40,7 +42,8 @@ FRAMES = 120
 OFFSETS = {'lever': np.array([-0.025, 0.002, 0.003, *np.radians([0.5, -0.7, 0.4])]),
            'turned': np.array([0.009, -0.012, 0.0, *np.radians([1.4, 1.2, -0.8])])}
 DELAYS = {'late': 0.015}
-KINDS = 'good', 'raw', *OFFSETS, *DELAYS
+LENSES = {'lens': -0.1, 'lens+': 0.05}
+KINDS = 'good', 'raw', *OFFSETS, *DELAYS, *LENSES
 DEPTH_CAMERA = Camera(640, 480, 585.0, 585.0, 319.5, 239.5)
 T_COLOUR_DEPTH = se3.exp(np.array([-0.026, 0.001, -0.001, *np.radians([0.2, -0.3, 0.1])]))
 
@@ -58,6 +61,16 @@ class Beside:
         return pose
 
 
+def bent(colour: np.ndarray, camera: Camera, radial: float) -> np.ndarray:
+    """Return a colour image as a lens with a radial coefficient shows it, HxWx3."""
+    lens = dataclasses.replace(camera, distortion_model='plumb_bob', distortion=(radial, 0, 0, 0))
+    v, u = np.indices(colour.shape[:2]).reshape(2, -1).astype(float)
+    pixels = lens.normalize(np.column_stack([u, v])) * [camera.fx, camera.fy]
+    columns, rows = (pixels + [camera.cx, camera.cy]).astype(np.float32).T.reshape(
+        2, *colour.shape[:2])
+    return cv2.remap(colour, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+
+
 class Misaligned:
     """A rendered room, by a camera with a defect."""
 
@@ -65,7 +78,7 @@ class Misaligned:
         options = SyntheticOptions(seed=seed, frames=FRAMES, depth_delay=DELAYS.get(kind, 0.0))
         self._rendered = SyntheticSource(options)
         self.name, self.ground_truth = f'{kind}:{seed}', self._rendered.ground_truth
-        self._offset = OFFSETS.get(kind)
+        self._offset, self._radial = OFFSETS.get(kind), LENSES.get(kind)
         self._camera = options.camera
         self._depth = SyntheticSource(
             dataclasses.replace(options, camera=DEPTH_CAMERA), self._rendered.scene,
@@ -86,6 +99,9 @@ class Misaligned:
         if self._depth is not None:
             return [dataclasses.replace(frame, depth=of_depth.depth, camera=DEPTH_CAMERA)
                     for frame, of_depth in zip(frames, self._depth.frames())]
+        if self._radial is not None:
+            return [dataclasses.replace(frame, colour=bent(
+                frame.colour, self._camera, self._radial)) for frame in frames]
         if self._offset is None:
             return frames
         wrong = DepthToColour(self._camera, self._camera, se3.exp(-self._offset))

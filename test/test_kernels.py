@@ -175,8 +175,8 @@ def test_indices_out_of_range_are_refused(index):
         with pytest.raises(ValueError, match='not that of a point or of a cell'):
             kernels.keypoint_equations(
                 np.ones((2, 3)), *indices_and_cells, normals, np.ones((2, 2, 6)), np.ones((2, 2)),
-                np.ones((2, 2)), 1.0, pose, twists, CAMERA, CAMERA, 0.1, np.zeros((17, 17)),
-                np.zeros(17))
+                np.ones((2, 2)), 1.0, pose, twists, CAMERA, CAMERA, 0.1, np.zeros((18, 18)),
+                np.zeros(18))
     with pytest.raises(ValueError, match='not one of the source'):
         kernels.point_to_plane(
             np.ones((2, 3), np.float32), indices, normals, np.ones(2, np.float32),
@@ -200,9 +200,9 @@ def test_edges_are_not_sought_without_end(reach):
                               0.1, 0.5, np.zeros(1))
 
 
-@pytest.mark.parametrize('size', [0, 16, 17 + 2 ** 10 + 1])
+@pytest.mark.parametrize('size', [0, 17, 18 + 2 ** 10 + 1])
 def test_equations_have_unknowns_that_each_residual_has_and_not_too_many_others(size):
-    message = f'{size} are not the unknowns of equations of 17 and nodes'
+    message = f'{size} are not the unknowns of equations of 18 and nodes'
     with pytest.raises(ValueError, match=message):
         kernels.keypoint_equations(
             np.ones((2, 3)), np.zeros(2, int), np.zeros(2, int), np.ones((2, 3), np.float32),

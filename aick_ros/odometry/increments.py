@@ -19,7 +19,7 @@ from aick_ros.odometry.reference import Reference, References
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.result import Registration
 from aick_ros.registration.systematic_error import (
-    errors_of_focal_lengths, errors_of_offset, errors_of_scale, errors_of_stamps)
+    errors_of_offset, errors_of_optics, errors_of_scale, errors_of_stamps)
 
 
 class Increments:
@@ -69,7 +69,8 @@ class Increments:
         """Return the motion that the images alone show."""
         motion, gain = self._biased(seen, last)
         offset = errors_of_offset(motion.matrix, self._misalignment.offset_covariance, gain)
-        focal = errors_of_focal_lengths(motion.matrix, self._misalignment.focal_covariance, gain)
+        optics = errors_of_optics(motion.matrix, self._misalignment.optics_covariance, gain,
+                                  prepared.frame.camera)
         increment = Increment(motion, seconds(last.stamp, prepared.stamp))
         change = (self._motion_model.change_unseen(increment) if twist is None
                   else increment.twist - twist)
@@ -77,7 +78,7 @@ class Increments:
                                   float(self._misalignment.readout_covariance[0, 0]),
                                   unknown_jitter=MAX_SCATTER)
         return self._with_scale(Increment(
-            motion.with_covariance(motion.covariance + offset + focal + timing),
+            motion.with_covariance(motion.covariance + offset + optics + timing),
             increment.interval))
 
     def _with_scale(self, increment: Increment) -> Increment:

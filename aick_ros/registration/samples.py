@@ -71,8 +71,8 @@ class MisalignmentSample:
     """
     Normal equations of the misalignment by one registration, its pose eliminated.
 
-    :param information: 11x11, in the order of :attr:`Misalignment.values`.
-    :param gradient: 11, information times the values that explain the residuals best.
+    :param information: 12x12, in the order of :attr:`Misalignment.values`.
+    :param gradient: 12, information times the values that explain the residuals best.
     :param with_distortion: of the misalignment, and behind it the distortion of the depth image
         at its nodes; None: not made.
     """

@@ -16,6 +16,7 @@ from aick_ros import kernels
 from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import along_all_axes, at_point, in_axes
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.expected_pose import ExpectedPose
@@ -143,23 +144,41 @@ def errors_of_offset(motion: np.ndarray, offset: np.ndarray, gain: np.ndarray) -
     return covariance
 
 
-def errors_of_focal_lengths(motion: np.ndarray, errors: np.ndarray,
-                            gain: np.ndarray) -> np.ndarray:
+def errors_of_optics(motion: np.ndarray, errors: np.ndarray, gain: np.ndarray,
+                     camera: Camera) -> np.ndarray:
     """
-    Return the covariance that errors of two focal lengths add to a motion, 6x6.
+    Return the covariance that errors of two focal lengths and of a lens add to a motion, 6x6.
 
     A focal length that is too short shows all rays too steep: motions across the optical axis, and
-    turns about axes across it, are too large by as much, to first order.
+    turns about axes across it, are too large by as much, to first order. A lens with a radial
+    coefficient k shows the radius r of a ray too large by k r^3, and where it moves its motion by
+    3 k r^2 along the radius. In the mean over a scene of many depths that is about 2 k r^2.
 
     :param motion: ``T_target_source`` or the motion between two such poses, 4x4.
-    :param errors: 2x2, covariance of the relative errors of the colour and the depth image.
+    :param errors: 3x3, covariance of the relative errors of the colour and the depth image, and
+        of the radial coefficient of the colour camera's lens.
     :param gain: 6x6, by which the motion follows depth.
     """
-    across = _ACROSS * se3.log(motion)
+    twist = se3.log(motion)
+    across, of_lens = _ACROSS * twist, _by_lens(camera) * twist
     by_depth = gain @ across
-    by_errors = np.column_stack([across - by_depth, by_depth])
+    by_errors = np.column_stack([across - by_depth, by_depth, of_lens - gain @ of_lens])
     covariance: np.ndarray = by_errors @ errors @ by_errors.T
     return covariance
+
+
+def _by_lens(camera: Camera) -> np.ndarray:
+    """
+    Return by how much a unit of a radial coefficient lengthens the components of a motion, 6.
+
+    Across the axis points all over the image show the motion, along it those far from the centre.
+    """
+    x, y = 0.5 * camera.width / camera.fx, 0.5 * camera.height / camera.fy
+    square = (x ** 2 + y ** 2) / 3.0  # means of r^2 and of r^4 over the image
+    fourth = (x ** 4 + y ** 4) / 5.0 + 2.0 * x ** 2 * y ** 2 / 9.0
+    by_lens = 2.0 * square * _ACROSS
+    by_lens[2] = 2.0 * fourth / square
+    return by_lens
 
 
 def errors_of_scale(translation: np.ndarray, sigma: float) -> np.ndarray:

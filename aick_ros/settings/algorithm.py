@@ -109,6 +109,9 @@ class MisalignmentSettings(Checked):
     depth_focal: float = parameter(
         0.0, 'The same of the depth image, where it was not registered.', minimum=-0.3,
         maximum=0.3)
+    colour_radial: float = parameter(
+        0.0, 'First radial coefficient (k1) of the lens of the colour camera, beside those of its '
+        'calibration.', minimum=-0.3, maximum=0.3)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,13 @@
 #include "se3.h"
 #include "vectors.h"
 
-enum { DEPTH_STEPS = 2 };  // chosen: of the search along a ray
+enum {
+  DEPTH_STEPS = 2,  // chosen: of the search along a ray
+  LENS_STEPS = 4,   // chosen: of Newton's method; 0.3 at a radius of 0.75 is inverted to rounding
+};
+
+static const double LEAST_SLOPE = 0.2;  // chosen: of the radius shown by that of the ray
+static const double OUTERMOST = 1.5;    // by definition: ratio where a lens shows no larger radius
 
 // How the two frames of tracks are corrected.
 typedef struct {
@@ -26,6 +32,7 @@ typedef struct {
   Displacement source, target;                     // by the rows of the colour images
   Displacement onto_depth;  // of what the depth image of the source shows at the same rows
   double colour_focal, depth_focal;  // focal lengths of the images by that of the camera
+  double colour_radial;              // coefficient of the square of the radius
 } Correction;
 
 static bool is_still(const Displacement *displacement) {
@@ -72,13 +79,36 @@ INLINE void put_on_surface(const Correction *by, bool are_rows_alike, int count,
   }
 }
 
+// The ratio of the radius of a ray to that of where a lens shows it: inverts r (1 + k r^2).
+static double straightened(double radial, double x, double y) {
+  const double bend = radial * (x * x + y * y);
+  double ratio = 1.0;
+  for (int step = 0; step < LENS_STEPS; ++step) {
+    const double bent = bend * ratio * ratio;
+    ratio -= (ratio * (1.0 + bent) - 1.0) / fmax(1.0 + 3.0 * bent, LEAST_SLOPE);
+    ratio = fmin(ratio, OUTERMOST);
+  }
+  return ratio;
+}
+
 // Turn the rays of some points, and some rays, to where the colour camera sees them.
 INLINE void put_on_rays(const Correction *by, int count, double (*points)[3], double (*rays)[2]) {
-  for (int n = 0; n < count; ++n)
+  for (int n = 0; n < count; ++n) {
+    double *point = points[n], *ray = rays[n];
     for (int i = 0; i < 2; ++i) {
-      points[n][i] /= by->colour_focal;
-      rays[n][i] /= by->colour_focal;
+      point[i] /= by->colour_focal;
+      ray[i] /= by->colour_focal;
     }
+    if (by->colour_radial == 0.0)
+      continue;
+    const double of_point =
+        straightened(by->colour_radial, point[0] / point[2], point[1] / point[2]);
+    const double of_ray = straightened(by->colour_radial, ray[0], ray[1]);
+    for (int i = 0; i < 2; ++i) {
+      point[i] *= of_point;
+      ray[i] *= of_ray;
+    }
+  }
 }
 
 // Move some rays of the target as moving the rows of what they see does.
@@ -118,11 +148,11 @@ static void correct(const Correction *by, Py_ssize_t count, double (*points)[3],
 PyObject *kernel_corrected_tracks(PyObject *module, PyObject *arguments) {
   PyObject *objects[9];
   Correction by;
-  if (!PyArg_ParseTuple(arguments, "OdddOOdOdddOOOOO", &objects[0], &by.range.jump,
+  if (!PyArg_ParseTuple(arguments, "OdddOOdOddddOOOOO", &objects[0], &by.range.jump,
                         &by.range.nearest, &by.range.farthest, &objects[1], &objects[2],
                         &by.source.height, &objects[3], &by.target.height,
-                        &by.colour_focal, &by.depth_focal, &objects[4], &objects[5], &objects[6],
-                        &objects[7], &objects[8]))
+                        &by.colour_focal, &by.depth_focal, &by.colour_radial, &objects[4],
+                        &objects[5], &objects[6], &objects[7], &objects[8]))
     return NULL;
   const Py_ssize_t count = row_count(objects[5]);
   const Argument needed[] = {

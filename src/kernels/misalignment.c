@@ -15,7 +15,7 @@
 
 enum {
   POSE = 6,
-  UNKNOWNS = 17,  // of each residual: pose 6, offset 6, delay, two readouts, two focal lengths
+  UNKNOWNS = 18,  // of each residual: pose, offset, delay, two readouts, two focal lengths, lens
   AROUND = 4,     // nodes of the distortion around a point
   MOST_NODES = 1 << 10,
 };
@@ -96,6 +96,13 @@ static double by_focal_length(const double *direction, const double *point) {
   return -direction[0] * point[0] - direction[1] * point[1];
 }
 
+// How far it moves along a direction where the lens bends rays more, by a unit of a coefficient
+// of the square of the radius.
+static double by_lens(const double *direction, const double *point) {
+  const double square = point[0] * point[0] + point[1] * point[1];
+  return by_focal_length(direction, point) * square / (point[2] * point[2]);
+}
+
 // A pair of frames and how their cameras move.
 typedef struct {
   const double *pose;       // T_target_source, 4x4
@@ -154,6 +161,8 @@ static void keypoint_row(const Motion *motion, const double *jacobian, const dou
             row[14];
   row[16] = along_ray * by_focal_length(normal, point);
   row[15] = by_focal_length(in_source, point) - by_focal_length(jacobian, moved) - row[16];
+  row[17] = by_lens(in_source, point) - by_lens(jacobian, moved) -
+            along_ray * by_lens(normal, point);
 }
 
 // Return whether there are so many unknowns; false, with a ValueError, otherwise.
@@ -376,7 +385,7 @@ static inline void depth_row(const DepthResiduals *of, Py_ssize_t n, const Motio
   }
   derivatives[12] =
       along_twist(of_source, motion->twists[0]) - along_twist(of_target, motion->twists[1]);
-  derivatives[13] = derivatives[15] = 0.0;  // of the colour image
+  derivatives[13] = derivatives[15] = derivatives[17] = 0.0;  // of the colour image
   derivatives[14] =
       by_readout(motion, 0, in_source, point) - by_readout(motion, 1, in_target, moved);
   derivatives[16] = by_focal_length(in_source, point) - by_focal_length(in_target, moved);

@@ -193,7 +193,7 @@ class Steps:
 def calibrated(monkeypatch):
     """Let images be known to be registered, so that motions have no error of that."""
     monkeypatch.setattr(MisalignmentEstimate, 'offset_covariance', np.zeros((6, 6)))
-    monkeypatch.setattr(MisalignmentEstimate, 'focal_covariance', np.zeros((2, 2)))
+    monkeypatch.setattr(MisalignmentEstimate, 'optics_covariance', np.zeros((3, 3)))
     monkeypatch.setattr(MisalignmentEstimate, 'readout_covariance', np.zeros((1, 1)))
 
 

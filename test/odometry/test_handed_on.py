@@ -9,6 +9,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.effort import Effort
@@ -18,11 +19,12 @@ from aick_ros.registration.refinement.misalignment_estimate import MisalignmentE
 from aick_ros.registration.result import Evidence, SensorBias
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import (
-    errors_of_focal_lengths, errors_of_offset, errors_of_scale)
+    errors_of_offset, errors_of_optics, errors_of_scale)
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
 START = se3.exp([1.0, 2.0, 3.0, 0.3, -0.2, 0.5])
+CAMERA = Camera(12, 10, 10.0, 10.0, 5.5, 4.5)  # of the frames of the fixtures
 DARK = Evidence.DEPTH_ALONE
 
 
@@ -340,9 +342,9 @@ def test_the_first_increment_has_the_errors_of_stamps_that_may_jitter(
 def test_an_increment_has_the_errors_of_a_camera_that_may_be_misaligned(
         parts, tracked, attempt_to, monkeypatch, evidence, shown, gain):
     """By as much as it follows depth: wholly in the dark, and not by keypoints alone."""
-    offset, focal = np.diag([4e-4, 1e-4, 2e-4, 1e-3, 2e-3, 1e-3]), np.diag([1e-3, 2e-3])
+    offset, optics = np.diag([4e-4, 1e-4, 2e-4, 1e-3, 2e-3, 1e-3]), np.diag([1e-3, 2e-3, 4e-3])
     monkeypatch.setattr(MisalignmentEstimate, 'offset_covariance', offset)
-    monkeypatch.setattr(MisalignmentEstimate, 'focal_covariance', focal)
+    monkeypatch.setattr(MisalignmentEstimate, 'optics_covariance', optics)
     bias = None if shown is None else SensorBias(
         np.zeros(6), 1e-8 * np.eye(6), shown, 1e-8 * np.eye(6))
     motion = PoseWithCovariance(se3.exp([0.1, 0.0, -0.1, 0.2, 0.1, -0.1]), 1e-8 * np.eye(6))
@@ -356,7 +358,7 @@ def test_an_increment_has_the_errors_of_a_camera_that_may_be_misaligned(
     np.testing.assert_allclose(
         seen.pose.covariance - motion.covariance,
         errors_of_offset(motion.matrix, offset, gain)
-        + errors_of_focal_lengths(motion.matrix, focal, gain), atol=1e-15)
+        + errors_of_optics(motion.matrix, optics, gain, CAMERA), atol=1e-15)
 
 
 @pytest.mark.parametrize('to', ['keyframe', 'last'])

@@ -185,9 +185,9 @@ def test_another_image_of_the_camera_has_no_distortion_that_was_learned(frame, i
     learned, true = Learned(), distortion(2).nodes.ravel()
     registrar = Registrar(learned=learned)
     registrar.prepare(frame)
-    information = 1e9 * np.eye(11 + len(true))
+    information = 1e9 * np.eye(12 + len(true))
     for _ in range(40):
-        learned.distortion.learn(Equations(information, information @ [*np.zeros(11), *true]))
+        learned.distortion.learn(Equations(information, information @ [*np.zeros(12), *true]))
     one = registrar.prepare(frame)
     assert one.distortion is learned.distortion.distortion is not NO_DISTORTION
     cropped = RgbdFrame(6, frame.colour[30:-30, 40:-40], frame.depth[30:-30, 40:-40],

@@ -34,8 +34,8 @@ UNREFINED = with_values(Settings(), {'refinement.mode': 'none'})
 DELAY_SIGMA, LEARNED_DELAY = 0.004, 0.013
 LEARNED_DISTORTION = DepthDistortion(np.full((ROWS, COLUMNS), 0.001))
 EQUATIONS = Equations(np.eye(40), np.zeros(40))
-SAMPLE = MisalignmentSample(np.eye(11), np.zeros(11), EQUATIONS)
-ALONE = MisalignmentSample(np.eye(11), np.zeros(11))
+SAMPLE = MisalignmentSample(np.eye(12), np.zeros(12), EQUATIONS)
+ALONE = MisalignmentSample(np.eye(12), np.zeros(12))
 
 
 class Clock:

@@ -7,6 +7,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from aick_ros.frames.keypoints import KeypointFrame
@@ -20,7 +21,7 @@ from aick_ros.registration.prediction import Prediction
 from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import (
-    SystematicError, errors_of_focal_lengths, errors_of_offset, errors_of_scale)
+    SystematicError, errors_of_offset, errors_of_optics, errors_of_scale)
 
 NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the bias
 OWN = se3.skew([0.1, 0.2, 0.3]) @ se3.skew([0.1, 0.2, 0.3]).T
@@ -297,10 +298,17 @@ def test_an_offset_acts_where_motions_by_depth_and_by_colour_differ():
     assert not errors_of_offset(np.eye(4), covariance, gain).any()
 
 
-def motion_seen(points, motion, longer):
+WIDE = Camera(640, 480, 480.0, 480.0, 319.5, 239.5)
+
+
+def motion_seen(points, motion, longer=1.0, radial=0.0):
     """Return the motion of a camera whose rays are all too steep, by one step on projections."""
-    stretch = np.array([longer, longer, 1.0])
-    seen, moved = points * stretch, se3.transform(motion, points) * stretch
+    def shown(points):
+        square = np.square(points[:, :2] / points[:, 2:]).sum(axis=1, keepdims=True)
+        return points * np.hstack([np.tile(longer * (1 + radial * square), 2),
+                                   np.ones_like(square)])
+
+    seen, moved = shown(points), shown(se3.transform(motion, points))
     project = np.array([[[1, 0, -x / z], [0, 1, -y / z]] / z for x, y, z in seen])
     jacobian = project @ [np.hstack([np.eye(3), -se3.skew(point)]) for point in seen]
     residuals = moved[:, :2] / moved[:, 2:] - seen[:, :2] / seen[:, 2:]
@@ -311,20 +319,35 @@ def motion_seen(points, motion, longer):
 def test_a_focal_length_that_is_too_short_lets_motions_across_the_axis_seem_longer(axis):
     points = np.random.default_rng(1).uniform([-0.2, -0.2, 1.0], [0.2, 0.2, 3.0], (500, 3))
     motion = se3.exp(1e-4 * np.eye(6)[axis])
-    off = motion_seen(points, motion, 1.01) - motion_seen(points, motion, 1.0)
+    off = motion_seen(points, motion, 1.01) - motion_seen(points, motion)
     for gain, errors in ((1.0, np.diag([0.0, 1e-4])), (0.0, np.diag([1e-4, 0.0])),
                          (0.3, np.full((2, 2), 1e-4))):
         np.testing.assert_allclose(
-            errors_of_focal_lengths(motion, errors, gain * np.eye(6)), np.outer(off, off),
-            atol=0.05 * 1e-12)
+            errors_of_optics(motion, block_diag(errors, 0.0), gain * np.eye(6), WIDE),
+            np.outer(off, off), atol=0.05 * 1e-12)
+
+
+@pytest.mark.parametrize('axis', range(6))
+def test_a_lens_that_bends_rays_lets_motions_seem_longer(axis):
+    """Along the axis exactly, across it by half to twice as much, as what is seen is distant."""
+    rng = np.random.default_rng(1)
+    rays = WIDE.normalize(rng.uniform(-0.5, [639.5, 479.5], (4000, 2)))
+    points = rng.uniform(0.7, 4.0, (4000, 1)) * np.column_stack([rays, np.ones(len(rays))])
+    motion, errors = se3.exp(1e-4 * np.eye(6)[axis]), np.diag([0.0, 0.0, 4e-4])
+    off = motion_seen(points, motion, radial=0.02) - motion_seen(points, motion)
+    sigma = np.sqrt(errors_of_optics(motion, errors, np.zeros((6, 6)), WIDE)[axis, axis])
+    least, most = (0.97, 1.03) if axis == 2 else (0.5, 2.0)
+    assert (axis == 5 and off[axis] < 1e-9 > sigma) or least < sigma / off[axis] < most
+    assert not errors_of_optics(motion, errors, np.eye(6), WIDE).any()  # depth has another lens
 
 
 def test_focal_lengths_err_by_what_follows_each():
     motion, gain = se3.exp([0.1, 0, 0.2, 0, 0.05, 0.1]), 0.25 * np.eye(6)
-    by_both = errors_of_focal_lengths(motion, np.diag([1e-4, 4e-4]), gain)
-    by_one = errors_of_focal_lengths(motion, np.diag([1e-4, 0.0]), 0 * gain)
+    by_both = errors_of_optics(motion, np.diag([1e-4, 4e-4, 0.0]), gain, WIDE)
+    by_one = errors_of_optics(motion, np.diag([1e-4, 0.0, 0.0]), 0 * gain, WIDE)
     np.testing.assert_allclose(by_both, (0.75 ** 2 + 4 * 0.25 ** 2) * by_one)
-    assert not errors_of_focal_lengths(motion, np.full((2, 2), 1e-4), gain)[[2, 5]].any()
+    errors = block_diag(np.full((2, 2), 1e-4), 0.0)
+    assert not errors_of_optics(motion, errors, gain, WIDE)[[2, 5]].any()
 
 
 def test_all_depths_too_long_by_one_factor_let_the_translation_seem_as_much_longer():

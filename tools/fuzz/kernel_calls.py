@@ -37,7 +37,7 @@ choose_cells q:n B:n q:k %i ?>n
 closest_pairs f:n,4 f:m,4 q:2,k f:k %f %f %f q>n,2
 composed_poses d:4,4 d:6,6 d:4,4 d:6,6 d>4,4 d>6,6
 corners B:h,v %b %i %i %i
-corrected_tracks f:h,v %f %f %f d:28 d:3,6 %f d:3,6 %f %f %f d:4,4 d:n,3 d:n,2 d>n,3 d>n,2
+corrected_tracks f:h,v %f %f %f d:28 d:3,6 %f d:3,6 %f %f %f %f d:4,4 d:n,3 d:n,2 d>n,3 d>n,2
 depth_equations d:n,3 d:n,3 d:n,6 d:n d:n %z d:4,4 d:2,6 d:28 d:28 %a %e d:a,e d:a,e \
  d>u,u d>2,u
 derivative_squares B:h,v

@@ -6,9 +6,10 @@ Misalignment of the two images of a camera, in space and in time, and its correc
 
 The depth camera may sit elsewhere than its registration to the colour image assumes, and its image
 may be taken earlier or later than the colour image. Where images were not registered, one of them
-has another focal length than its calibration says. A rolling shutter takes the rows of an image
-one after the other. While the camera moves, the last two displace what it sees: a point p in the
-frame of a camera with the body twist (v, w) moves by v + w x p for each unit of time that the
+has another focal length than its calibration says. The lens of the colour camera may bend rays
+though its calibration has no coefficients. A rolling shutter takes the rows of an image one after
+the other. While the camera moves, the delay and the shutters displace what it sees: a point p in
+the frame of a camera with the body twist (v, w) moves by v + w x p for each unit of time that the
 image was taken after its stamp.
 """
 
@@ -41,6 +42,8 @@ class Misalignment:
         ``depth_readout``: of the depth image.
     :param colour_focal: relative error of the focal length of the colour image: the true one is
         longer by this share than the camera's; ``depth_focal``: that of the depth image.
+    :param colour_radial: first radial coefficient of the lens of the colour camera beside those of
+        the camera: it shows the radius r of a ray on the plane z = 1 at r (1 + k r^2).
     """
 
     offset: np.ndarray
@@ -49,10 +52,11 @@ class Misalignment:
     depth_readout: float
     colour_focal: float = 0.0
     depth_focal: float = 0.0
+    colour_radial: float = 0.0
 
     @classmethod
     def of(cls, values: np.ndarray) -> Misalignment:
-        """Return that of eleven numbers: offset, delay, both readouts, both focal lengths."""
+        """Return that of twelve numbers: offset, delay, readouts, focal lengths and lens."""
         return cls(values[:6], *map(float, values[6:]))
 
     @classmethod
@@ -62,9 +66,9 @@ class Misalignment:
 
     @cached_property
     def values(self) -> np.ndarray:
-        """The eleven numbers: offset, delay, both readouts, both focal lengths."""
+        """The twelve numbers: offset, delay, readouts, focal lengths and lens."""
         return np.array([*self.offset, self.delay, self.colour_readout, self.depth_readout,
-                         self.colour_focal, self.depth_focal])
+                         self.colour_focal, self.depth_focal, self.colour_radial])
 
     @property
     def settings(self) -> MisalignmentSettings:
@@ -96,10 +100,13 @@ class Misalignment:
                 order = 'longer' if error > 0.0 else 'shorter'
                 sentences.append(f'the focal length of {name} images is {100 * abs(error):.1f} % '
                                  f'{order} than that of the camera')
+        if self.colour_radial:
+            sentences.append('the lens of the colour camera bends rays by a radial coefficient '
+                             f'of {self.colour_radial:+.3f} beside its calibration')
         return '; '.join(sentences)
 
 
-NO_MISALIGNMENT = Misalignment.of(np.zeros(11))
+NO_MISALIGNMENT = Misalignment.of(np.zeros(12))
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,12 +130,14 @@ class Correction:
 
     :param colour_focal: focal length of the colour images by that of the camera;
         ``depth_focal``: that of the depth images.
+    :param colour_radial: first radial coefficient of the lens of the colour camera.
     """
 
     source: Displacement
     target: Displacement
     colour_focal: float = 1.0
     depth_focal: float = 1.0
+    colour_radial: float = 0.0
 
     @classmethod
     def of(cls, misalignment: Misalignment, lags: tuple[float, float], twists: np.ndarray,
@@ -147,7 +156,8 @@ class Correction:
         source, target = cameras
         return cls(Displacement(moved[0], image_height(source)),
                    Displacement(moved[1], image_height(target)),
-                   1.0 + misalignment.colour_focal, 1.0 + misalignment.depth_focal)
+                   1.0 + misalignment.colour_focal, 1.0 + misalignment.depth_focal,
+                   misalignment.colour_radial)
 
     def pose_by_depth(self, T_target_source: np.ndarray) -> np.ndarray:
         """
@@ -173,8 +183,8 @@ class Correction:
         kernels.corrected_tracks(
             source.frame.depth, sensor.depth_jump, sensor.min_depth, sensor.max_depth,
             source.frame.camera.model, self.source.twists, self.source.height, self.target.twists,
-            self.target.height, self.colour_focal, self.depth_focal, T_target_source,
-            tracks.points, tracks.rays, points, rays)
+            self.target.height, self.colour_focal, self.depth_focal, self.colour_radial,
+            T_target_source, tracks.points, tracks.rays, points, rays)
         return Tracks(tracks.keypoints, points, rays, tracks.depths, tracks.sigmas)
 
 

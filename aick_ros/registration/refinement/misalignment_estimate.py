@@ -25,43 +25,52 @@ from aick_ros.registration.refinement.grouped_equations import MEMORY, RUN, Grou
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misalignment
 from aick_ros.registration.samples import MisalignmentSample
 
-_SIZE = 11  # offset in m and rad, delay and two readouts in s, errors of two focal lengths
+_SIZE = 12  # offset in m and rad, delay and readouts in s, errors of focal lengths, lens
 _ALL = np.arange(_SIZE, dtype=np.int64)
-_OFFSET, _TIMES, _FOCAL = slice(0, 6), slice(6, 9), slice(9, 11)
+_OFFSET, _TIMES = slice(0, 6), slice(6, 9)
+_FOCAL, _LENS, _OPTICS = slice(9, 11), slice(11, 12), slice(9, 12)
 _COLOUR_READOUT, _DEPTH_READOUT = slice(7, 8), slice(8, 9)
-_PARTS: tuple[slice, ...] = _OFFSET, _TIMES, _FOCAL
-"""Offset; delay and readouts; focal lengths. Each is significant or not: on a rolling shutter a
-delay alone is worse than none."""
+_PARTS: tuple[slice, ...] = _OFFSET, _TIMES, _FOCAL, _LENS
+"""Offset; delay and readouts; focal lengths; lens. Each is significant or not: of a rolling
+shutter a delay alone is worse than none."""
 
 # All chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
 _KEPT = 0.8  # weight of a group's earlier registrations, each time that it is added to
 _FEWEST = 20  # registrations before anything is estimated
-PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02, 0.02, 0.05, 0.05])
+PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02, 0.02, 0.05, 0.05,
+                         0.05])
 _DESIGN_EFFECT = 10.0  # of the information: residuals have common errors
 _PRIOR = np.diag(_DESIGN_EFFECT / PRIOR_SIGMAS ** 2)
-"""Information about the eleven numbers before any registration, 11x11."""
+"""Information about the twelve numbers before any registration, 12x12."""
 
 _PROBABILITY = 0.5  # of an error of a camera, before any registration; chosen: as likely as none
 
-_SIGNIFICANT = {6: (45.0, 22.0, 15.0), 3: (48.0, 24.0, 19.0), 2: (50.0, 26.0, 22.0)}
+_SIGNIFICANT = {6: (45.0, 22.0, 15.0), 3: (48.0, 24.0, 19.0), 2: (50.0, 26.0, 22.0),
+                1: (167.0, 74.0, 47.0)}
 """Square of an estimate by its variance, both weighted by the information, from which on it is
 applied, by the number of unknowns: after 20, after 25 and from 30 registrations on. Derived:
 chance exceeds F(6, 3), F(2, 3) and so on, up to F(6, 7) and F(2, 7), so far in one to five of a
-thousand. Cameras without misalignment show 1 to 8, others 40 to 1000."""
+thousand, and F(1, 3) to F(1, 5) in one: a single number has no other that could contradict it.
+Cameras without misalignment show 1 to 8, others 40 to 1000."""
 
-_LARGE = {6: 22.5, 3: 16.3, 2: 13.8}
+_LARGE = {6: 22.5, 3: 16.3, 2: 13.8, 1: 10.8}
 """Square of an estimate by its covariance from which on it is applied too. Derived: chance exceeds
 chi-square with as many degrees of freedom so far in one of a thousand. Offsets estimated of
 cameras without any show 0 to 15, others hundreds."""
 
-_SINGLY = (_OFFSET, slice(6, 7), _COLOUR_READOUT, _DEPTH_READOUT, slice(9, 10), slice(10, 11))
+_CLEAREST = 4.0
+"""Significance by what is required, up to which what is required of the size falls as it rises.
+Chosen: the lens of a camera with noisy depth was 3 times as significant, and half as large."""
+
+_SINGLY = (_OFFSET, slice(6, 7), _COLOUR_READOUT, _DEPTH_READOUT, slice(9, 10), slice(10, 11),
+           _LENS)
 """Unknowns that are applied together or not at all, by their size."""
 
 _STILL_SIGNIFICANT = 0.5  # of both: below it an estimate is no longer applied
 
 _SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004, 0.004,
-                      0.01, 0.01])
-"""Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms, 1 %."""
+                      0.01, 0.01, 0.01])
+"""Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms, 1 %, 0.01."""
 
 _DELAY = 6  # by definition: its place among the unknowns
 _DELAY_DESIGN_EFFECT = 25.0  # of the information about the delay, for its standard deviation
@@ -92,7 +101,7 @@ class MisalignmentEstimate:
         self._applied: tuple[slice, ...] = ()
         self._delay_sigma = _LARGEST_DELAY_SIGMA
         self._offset_covariance = _unknown(_OFFSET)
-        self._focal_covariance = _unknown(_FOCAL)
+        self._optics_covariance = _unknown(_OPTICS)
         self._readout_covariance = _unknown(_COLOUR_READOUT)
 
     @property
@@ -111,9 +120,9 @@ class MisalignmentEstimate:
         return self._offset_covariance
 
     @property
-    def focal_covariance(self) -> np.ndarray:
-        """Covariance of the relative errors of both focal lengths, colour and depth, 2x2."""
-        return self._focal_covariance
+    def optics_covariance(self) -> np.ndarray:
+        """Covariance of the relative errors of both focal lengths and of the lens, 3x3."""
+        return self._optics_covariance
 
     @property
     def readout_covariance(self) -> np.ndarray:
@@ -181,7 +190,7 @@ class MisalignmentEstimate:
         estimate, scatter = by_all
         full = self._equations.full_covariance(scatter, _DESIGN_EFFECT)
         self._offset_covariance = _covariance_of(_OFFSET, values, estimate, full)
-        self._focal_covariance = _covariance_of(_FOCAL, values, estimate, full)
+        self._optics_covariance = _covariance_of(_OPTICS, values, estimate, full)
         self._readout_covariance = _covariance_of(_COLOUR_READOUT, values, estimate, full)
 
     def _sigma_of_delay(self, applied: np.ndarray, estimate: np.ndarray,
@@ -208,7 +217,8 @@ class MisalignmentEstimate:
             first += size
             square = float(estimate[part] @ definite.solve(own, estimate[part])) / _DESIGN_EFFECT
             significance = self._equations.significance(part, estimate, scatter)
-            margin = min(significance / _SIGNIFICANT[size][latest], square / _LARGE[size])
+            clear = significance / _SIGNIFICANT[size][latest]
+            margin = min(clear, square / _LARGE[size] * min(max(clear, 1.0), _CLEAREST))
             margins.append(margin / _STILL_SIGNIFICANT if part in self._applied else margin)
         return margins
 

@@ -17,7 +17,7 @@ from aick_ros.registration.samples import Equations
 
 SIGMA = 1e-3  # 1/m, of a node by one registration
 MISALIGNMENT = np.array([0.02, -0.01, 0.015, 0.02, -0.03, 0.01, -0.02, 0.02, 0.025, -0.1,
-                         0.03])
+                         0.03, 0.04])
 TRUE = np.random.default_rng(0).normal(0, 0.002, (ROWS, COLUMNS))
 
 
@@ -29,7 +29,7 @@ def series(nodes, count, seed=1, common=0.0, noise=0.3):
     """
     rng = np.random.default_rng(seed)
     for i in range(count):
-        scales = np.concatenate([np.full(11, 0.02), np.full(nodes.size, SIGMA)])
+        scales = np.concatenate([np.full(12, 0.02), np.full(nodes.size, SIGMA)])
         jacobian = 30 * rng.standard_normal((10, len(scales))) / scales
         in_a_row = np.random.default_rng([seed, i // 5]).standard_normal(nodes.size)
         values = np.concatenate([MISALIGNMENT, nodes.ravel() + common * in_a_row])
@@ -105,10 +105,10 @@ def test_it_changes_less_and_less_often():
 def test_it_is_the_shrunk_estimate_while_that_is_significant():
     """Less significance is required of one that is applied; twice as much to begin with."""
     prior = np.diag(np.concatenate([100 / np.array([0.02] * 3 + [0.035] * 3 + [0.02] * 3
-                                                   + [0.05] * 2) ** 2,
+                                                   + [0.05] * 3) ** 2,
                                     np.full(ROWS * COLUMNS, 100 / 0.002 ** 2)]))
     sums, estimate = GroupedEquations(prior, 0.95), DistortionEstimate()
-    nodes, applied, states, following = slice(11, 11 + ROWS * COLUMNS), False, set(), 40
+    nodes, applied, states, following = slice(12, 12 + ROWS * COLUMNS), False, set(), 40
     stages = (series(TRUE, 60, common=0.002), series(TRUE, 240, seed=2, common=0.0005),
               series(0.0 * TRUE, 900, seed=3, common=0.003))
     for count, equations in enumerate(itertools.chain(*stages), 1):

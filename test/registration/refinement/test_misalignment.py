@@ -139,6 +139,32 @@ def test_a_track_has_the_depth_of_the_displaced_surface_on_its_own_ray():
     np.testing.assert_array_equal(kept.points, points)
 
 
+def straightened(radial, rays):
+    """Return tracks of a wall that a lens shows at some rays as another one would show them."""
+    correction = Correction.of(Misalignment(np.zeros(6), 0.0, 0.0, 0.0, colour_radial=radial),
+                               (0.0, 0.0), np.zeros((2, 6)), (CAMERA, CAMERA))
+    points = PLANE * np.column_stack([rays, np.ones(len(rays))])
+    return correction.tracks(tracks_of(points, rays), frame_of_a_wall(), SENSOR, np.eye(4))
+
+
+@pytest.mark.parametrize('radial', [-0.3, -0.1, 0.1, 0.3])
+def test_a_lens_is_inverted(radial):
+    turns = np.random.default_rng(1).uniform(0, 2 * np.pi, 60)
+    rays = np.linspace(0, 0.45, 60)[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
+    found = straightened(radial, rays * (1 + radial * np.square(rays).sum(axis=1, keepdims=True)))
+    np.testing.assert_allclose(found.rays, rays, atol=1e-12)
+    np.testing.assert_allclose(found.points, PLANE * np.column_stack([rays, np.ones(60)]),
+                               atol=1e-6)
+
+
+def test_rays_that_a_lens_does_not_show_are_turned_as_its_outermost_one():
+    """With a coefficient of -0.3 it shows nothing beyond a radius of 0.7."""
+    rays = np.array([[1.5, 0.0], [0.0, -4.0], [1e3, 1e3]])
+    found = straightened(-0.3, rays)
+    np.testing.assert_allclose(found.rays, 1.5 * rays)
+    assert np.isfinite(found.points).all()
+
+
 @pytest.mark.parametrize('colour, depth', [(0.0, 0.1), (0.1, 0.0), (0.1, 0.1)])
 def test_a_track_has_the_depth_of_the_row_of_the_depth_image(colour, depth):
     """The camera moves away from a wall; each image is taken row by row, as fast as it is said."""
@@ -173,18 +199,22 @@ def test_both_ends_of_a_track_are_corrected_by_the_rows_of_their_own_frame(count
 
 
 @pytest.mark.parametrize('values, sentence', [
-    ((0,) * 11, ''),
-    ((0.0123, -0.004, -0.0002, np.radians(0.5), 0, np.radians(-1.25), 0, 0, 0, 0, 0),
+    ((0,) * 12, ''),
+    ((0.0123, -0.004, -0.0002, np.radians(0.5), 0, np.radians(-1.25), 0, 0, 0, 0, 0, 0),
      'depth is registered to colour with an error: T_colour_depth is rotated by '
      '(0.50, 0.00, -1.25) deg and moved by (12, -4, 0) mm'),
-    ((0,) * 6 + (0.0124, 0, 0, 0, 0), 'depth images are taken 12 ms later than their stamps say'),
-    ((0,) * 6 + (-0.0124, 0.02, 0.031, 0, 0), 'depth images are taken 12 ms earlier than their '
-     'stamps say; a rolling shutter takes 20 ms from the first row of colour images to the last; '
-     'a rolling shutter takes 31 ms from the first row of depth images to the last'),
-    ((0,) * 9 + (-0.1026, 0), 'the focal length of colour images is 10.3 % shorter than that of '
-     'the camera'),
-    ((0,) * 9 + (0, 0.114), 'the focal length of depth images is 11.4 % longer than that of the '
-     'camera')])
+    ((0,) * 6 + (0.0124, 0, 0, 0, 0, 0),
+     'depth images are taken 12 ms later than their stamps say'),
+    ((0,) * 6 + (-0.0124, 0.02, 0.031, 0, 0, 0),
+     'depth images are taken 12 ms earlier than their stamps say; a rolling shutter takes 20 ms '
+     'from the first row of colour images to the last; a rolling shutter takes 31 ms from the '
+     'first row of depth images to the last'),
+    ((0,) * 9 + (-0.1026, 0, 0),
+     'the focal length of colour images is 10.3 % shorter than that of the camera'),
+    ((0,) * 9 + (0, 0.114, 0),
+     'the focal length of depth images is 11.4 % longer than that of the camera'),
+    ((0,) * 11 + (-0.0386,), 'the lens of the colour camera bends rays by a radial coefficient of '
+     '-0.039 beside its calibration')])
 def test_it_is_described_with_its_numbers(values, sentence):
     misalignment = Misalignment.of(np.array(values, float))
     assert misalignment.description == sentence
@@ -192,13 +222,13 @@ def test_it_is_described_with_its_numbers(values, sentence):
 
 
 def test_settings_have_its_numbers_within_their_ranges():
-    values = np.array([*OFFSET, 0.03, -0.02, 0.04, -0.1, 0.05])
+    values = np.array([*OFFSET, 0.03, -0.02, 0.04, -0.1, 0.05, -0.07])
     settings = Misalignment.of(values).settings
     assert settings == MisalignmentSettings(0.02, -0.01, 0.015, 0.02, -0.03, 0.01, 0.03, -0.02,
-                                            0.04, -0.1, 0.05)
+                                            0.04, -0.1, 0.05, -0.07)
     np.testing.assert_array_equal(Misalignment.by(settings).values, values)
-    assert Misalignment.of(np.full(11, -9.0)).settings == MisalignmentSettings(
-        *[-0.2] * 3, *[-0.3] * 3, -0.1, -0.1, -0.1, -0.3, -0.3)
+    assert Misalignment.of(np.full(12, -9.0)).settings == MisalignmentSettings(
+        *[-0.2] * 3, *[-0.3] * 3, -0.1, -0.1, -0.1, -0.3, -0.3, -0.3)
 
 
 def test_the_pose_by_depth_is_between_what_both_depth_images_show():

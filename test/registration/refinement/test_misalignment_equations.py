@@ -28,7 +28,7 @@ TWISTS = np.array([[0.3, -0.2, 0.25, 0.5, -0.8, 0.6], [-0.1, 0.3, 0.2, 0.2, 0.6,
 T_WORLD_SOURCE = se3.exp(np.array([0.35, -0.2, 0.3, 0.1, 0.3, -0.2]))
 T_WORLD_TARGET = se3.exp(np.array([0.3, -0.1, 0.25, 0.05, 0.25, -0.1]))
 T_TARGET_SOURCE = se3.inverse(T_WORLD_TARGET) @ T_WORLD_SOURCE
-STEPS = np.array([1e-3] * 6 + [1e-4] * 3 + [1e-3] * 2)  # m, rad, s, ratios
+STEPS = np.array([1e-3] * 6 + [1e-4] * 3 + [1e-3] * 3)  # m, rad, s, ratios
 NO_KEYPOINTS = None
 NODES = ROWS, COLUMNS
 
@@ -87,20 +87,25 @@ def one_by_one(residuals, chosen):
         yield dataclasses.replace(residuals, values=only, weights=only)
 
 
-@pytest.mark.parametrize('colour, depth', [(-0.1, 0.0), (0.0, 0.12), (-0.05, 0.08)])
-def test_images_of_other_focal_lengths_than_the_camera_s_are_corrected(colour, depth):
+@pytest.mark.parametrize('colour, depth, radial', [
+    (-0.1, 0.0, 0.0), (0.0, 0.12, 0.0), (-0.05, 0.08, 0.0), (0.0, 0.0, 0.2), (0.04, 0.0, -0.15)])
+def test_images_of_other_focal_lengths_and_lenses_than_the_camera_s_are_corrected(
+        colour, depth, radial):
     """As where a colour image is taken for registered: of a ball, at the true pose."""
+    def bent(rays):
+        return rays * (1 + colour) * (1 + radial * np.square(rays).sum(axis=1, keepdims=True))
+
     def wide(pose, twist):  # a depth image is wider by its focal length
         taken = prepared(pose, twist, 1 + depth)
         return dataclasses.replace(taken, twist=np.zeros(6))
 
     source, target = wide(T_WORLD_SOURCE, TWISTS[0]), wide(T_WORLD_TARGET, TWISTS[1])
     exact = scene()[2]
-    rays = exact.points[:, :2] / exact.points[:, 2:] * (1 + colour)
+    rays = bent(exact.points[:, :2] / exact.points[:, 2:])
     tracks = dataclasses.replace(
         exact, points=np.column_stack([rays, np.ones(len(rays))]) * exact.points[:, 2:],
-        rays=exact.rays * (1 + colour))
-    misalignment = Misalignment(np.zeros(6), 0.0, 0.0, 0.0, colour, depth)
+        rays=bent(exact.rays))
+    misalignment = Misalignment(np.zeros(6), 0.0, 0.0, 0.0, colour, depth, radial)
     sums = []
     for applied in (NO_MISALIGNMENT, misalignment):
         correction = Correction.of(applied, (0.0, 0.0), np.zeros((2, 6)), (CAMERA, CAMERA))
@@ -117,21 +122,21 @@ def test_images_of_other_focal_lengths_than_the_camera_s_are_corrected(colour, d
 def rows_of_keypoints(keypoints=None, weight=1.0):
     """Return the derivatives by pose and misalignment; zero, where there is no surface."""
     tracks, found = scene()[2], []
-    keypoints = keypoints or residuals(np.zeros(11))[0]
+    keypoints = keypoints or residuals(np.zeros(12))[0]
     for only in one_by_one(keypoints, range(2 * len(tracks))):
-        information, gradient = np.zeros((47, 47)), np.zeros(47)
+        information, gradient = np.zeros((48, 48)), np.zeros(48)
         _add_keypoints(only, tracks, moving(), weight, information, gradient)
         np.testing.assert_allclose(information, np.outer(gradient, gradient) / weight)
         found.append(-gradient / weight)
-    assert not np.any(np.array(found)[:, 17:])
-    return np.array(found)[:, :17]
+    assert not np.any(np.array(found)[:, 18:])
+    return np.array(found)[:, :18]
 
 
 def rows_of_depth(depth=None, pair=None):
     """Return the derivatives of some by pose, misalignment and distortion, and what is applied."""
-    found, depth = [], depth or residuals(np.zeros(11))[1]
+    found, depth = [], depth or residuals(np.zeros(12))[1]
     for only in one_by_one(depth, range(0, len(depth.values), 4)):
-        information, gradients = np.zeros((47, 47)), np.zeros((2, 47))
+        information, gradients = np.zeros((48, 48)), np.zeros((2, 48))
         _add_depth(only, pair or moving(), information, gradients)
         by_value, by_applied = gradients / 4
         np.testing.assert_allclose(information, 4 * np.outer(by_value, by_value), atol=1e-12)
@@ -144,11 +149,11 @@ def sample_of(keypoints, depth, applied, pair=None, weight=1.0):
 
 
 def differences(unknown, kind):
-    step = STEPS[unknown] * np.eye(11)[unknown]
+    step = STEPS[unknown] * np.eye(12)[unknown]
     return (residuals(step)[kind].values, residuals(-step)[kind].values, 2 * STEPS[unknown])
 
 
-@pytest.mark.parametrize('unknown', range(11))
+@pytest.mark.parametrize('unknown', range(12))
 def test_the_jacobian_of_keypoints_is_that_of_the_correction(unknown):
     source, _, tracks = scene()
     seen = source.surface.cells_at(tracks.points)[0]
@@ -159,10 +164,10 @@ def test_the_jacobian_of_keypoints_is_that_of_the_correction(unknown):
     assert np.abs(error).max() < 0.05 * np.abs(expected).max()
 
 
-@pytest.mark.parametrize('unknown', range(11))
+@pytest.mark.parametrize('unknown', range(12))
 def test_the_jacobian_of_depth_is_that_of_the_correction(unknown):
     after, before, step = differences(unknown, 1)
-    assert len(after) == len(before) == len(residuals(np.zeros(11))[1].values)
+    assert len(after) == len(before) == len(residuals(np.zeros(12))[1].values)
     expected = ((after - before) / step)[::4]
     error = rows_of_depth()[0][:, 6 + unknown] - expected
     assert np.median(np.abs(error)) <= 0.05 * np.abs(expected).max()
@@ -171,7 +176,7 @@ def test_the_jacobian_of_depth_is_that_of_the_correction(unknown):
 def test_one_registration_of_exact_data_shows_the_misalignment_it_is_corrected_by_too_much():
     """What corrects images without a misalignment is found, as the error of the correction."""
     applied = np.array([0.004, -0.006, 0.005, 0.004, -0.003, 0.005, 0.003, -0.004,
-                        0.006, 0.005, -0.004])
+                        0.006, 0.005, -0.004, 0.006])
     sample = sample_of(*residuals(applied), Misalignment.of(applied))
     assert np.linalg.norm(sample.gradient) < 0.1 * np.linalg.norm(sample.information @ applied)
     unaware = sample_of(*residuals(applied), NO_MISALIGNMENT)
@@ -201,7 +206,7 @@ def test_the_jacobian_by_the_distortion_is_that_of_distorted_surfaces(distorts):
                      for frame, is_distorted in zip((source, target), distorts)]
         found = rows_of_depth(pair=moving(*corrected))[1]
     else:
-        found = jacobian[:, 17:] @ nodes.ravel()
+        found = jacobian[:, 18:] @ nodes.ravel()
     assert not applied.any()
     assert np.median(np.abs(found - expected)) < 0.02 * np.abs(expected).max()
 
@@ -219,23 +224,23 @@ def test_the_pose_is_eliminated_as_if_it_were_solved_for():
     rng = np.random.default_rng(8)
     keypoints, depth = (dataclasses.replace(
         of, values=rng.normal(size=len(of.values)), weights=rng.uniform(0.1, 2.0, len(of.values)))
-        for of in residuals(np.zeros(11)))
+        for of in residuals(np.zeros(12)))
     pair = moving(*(dataclasses.replace(frame, distortion=DepthDistortion(
         rng.normal(0, 1e-3, NODES))) for frame in scene()[:2]))
-    applied = Misalignment.of(rng.normal(0, 0.01, 11))
+    applied = Misalignment.of(rng.normal(0, 0.01, 12))
     sample = sample_of(keypoints, depth, applied, pair, 3.0)
     of_keypoints, (of_depth, undone) = rows_of_keypoints(), rows_of_depth(pair=pair)
     jacobian = np.vstack([np.pad(of_keypoints, ((0, 0), (0, 30))), of_depth])
     values = np.concatenate([keypoints.values, depth.values[::4]])
     weights = np.concatenate([3.0 * keypoints.weights, 4.0 * depth.weights[::4]])
-    information, alone = solved(jacobian[:, :17], values, weights)
+    information, alone = solved(jacobian[:, :18], values, weights)
     np.testing.assert_allclose(sample.information, information, rtol=1e-6, atol=1e-3)
     np.testing.assert_allclose(sample.gradient, information @ (alone + applied.values), rtol=1e-6,
                                atol=1e-6 * np.abs(sample.gradient).max())
     # with the distortion, of what the residuals would be without any correction of it
     values[len(keypoints.values):] -= undone
     information, joint = solved(jacobian, values, weights)
-    joint[:11] += applied.values
+    joint[:12] += applied.values
     found = sample.with_distortion
     scale = np.abs(information).max()
     np.testing.assert_allclose(found.information, information, rtol=1e-6, atol=1e-9 * scale)
@@ -246,7 +251,7 @@ def test_the_pose_is_eliminated_as_if_it_were_solved_for():
 def test_the_derivatives_by_the_pose_are_those_of_the_residuals():
     """Of keypoints those on a surface."""
     source, _, tracks = scene()
-    keypoints, depth = residuals(np.zeros(11))
+    keypoints, depth = residuals(np.zeros(12))
     np.testing.assert_allclose(rows_of_depth()[0][:, :6], depth.jacobian[::4], rtol=1e-12)
     seen = source.surface.cells_at(tracks.points)[0]
     both = np.concatenate([seen, seen + len(tracks)])
