@@ -11,8 +11,8 @@ defect: ``good:SEED`` has none; the depth of ``lever:SEED`` is registered 25 mm 
 that of ``turned:SEED`` 15 mm and 2 degrees; that of ``late:SEED`` is taken 15 ms later than its
 stamps say. The colour camera of ``lens:SEED`` has a lens with a radial coefficient of -0.1, that
 of ``lens+:SEED`` one of 0.05, which the calibration does not have. ``raw:SEED`` gives both images
-as its two cameras take them, 26 mm apart, with focal lengths of 525 and 585 px, and the calibration
-of the depth camera for both.
+as its two cameras take them, 26 mm apart, with focal lengths of 525 and 585 px, and the
+calibration of the depth camera for both.
 """
 
 from __future__ import annotations
