@@ -29,7 +29,14 @@ class Disagreement:
     @property
     def is_suspected(self) -> bool:
         """More contradictions than those of a sensor that is right."""
-        return self.is_wrong or self._share > self._right
+        return self.suspicion > 0.0
+
+    @property
+    def suspicion(self) -> float:
+        """Probability that the sensor is wrong: linear between the two shares."""
+        if self.is_wrong:
+            return 1.0
+        return max(self._share - self._right, 0.0) / (self._wrong - self._right)
 
     def note(self, agrees: bool) -> None:
         """Note one comparison."""

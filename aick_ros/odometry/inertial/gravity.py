@@ -23,6 +23,7 @@ from aick_ros.odometry.inertial.gravity_filter import GravityFilter
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.inertial.level import UP, Level, Turn, level_orientation
 from aick_ros.odometry.inertial.sample_check import SampleCheck
+from aick_ros.odometry.inertial.start_check import StartCheck
 from aick_ros.settings import ImuSettings
 
 _TILT = slice(3, 5)  # by definition: rotations about x and y of a level frame
@@ -89,7 +90,7 @@ class Gravity:
         self.start: np.ndarray | None = None
         """Level pose of the first frame, 4x4; None where the odometry is not level."""
         self._disagreement = Disagreement(_MEMORY, _WRONG, _RIGHT)
-        self._agreed_for = 0  # frames, without many that disagree; at most _RETRIED
+        self._start_check = StartCheck()
         self._no_gravity = 0.0  # length of a first force that is none [m/s^2]
         self._missed_for = 0  # frames since then
         self.restart()
@@ -98,6 +99,7 @@ class Gravity:
         """Continue in a frame that is level, with poses that are measured anew."""
         self._filter = None
         self._level = Level()
+        self._start_check.restart()
         self._is_held = False
         self._stamp: int | None = None  # of the last pose
         self._last = self._reference = PoseWithCovariance.identity()
@@ -114,10 +116,15 @@ class Gravity:
     @property
     def tilt_sigma(self) -> float:
         """Standard deviation of the direction of gravity [rad]; infinite: it is not known."""
-        known = self._filter  # another thread may forget it meanwhile
-        if known is None or self._is_doubted:
+        if self._is_doubted or self._start_check.doubt:
             return math.inf
-        return definite.largest_sigma(known.up.covariance)
+        return self._sigma
+
+    @property
+    def _sigma(self) -> float:
+        """The same, of an accelerometer that is right."""
+        known = self._filter  # another thread may forget it meanwhile
+        return math.inf if known is None else definite.largest_sigma(known.up.covariance)
 
     @property
     def _is_doubted(self) -> bool:
@@ -223,16 +230,18 @@ class Gravity:
         roll and pitch are known by the force alone, whose bias is not known yet.
 
         :param pose: the last one, whose position and heading are kept.
-        :returns: None: the odometry is not level, or what is up is not known or contradicted.
+        :returns: with a covariance that is without the error of its tilt, which :meth:`levelled`
+            adds; None: the odometry is not level, or what is up is not known or contradicted.
         """
-        is_used = self._settings.gravity and self.start is not None and not self.complaint
+        is_used = (self._settings.gravity and self.start is not None and not self.complaint
+                   and self._start_check.doubt < 1.0)
         force = self._first_force(stamp) if is_used else None
         if force is None:
             return None
         turn = se3.rotation_between(pose.rotation @ force / np.linalg.norm(force), UP)
         covariance = pose.covariance.copy()
         covariance[_TILT], covariance[:, _TILT] = 0.0, 0.0
-        covariance[_TILT, _TILT] = self._tilt_variance(force) * np.eye(2)
+        self._level.begin(pose.translation, self._tilt_variance(force))
         return PoseWithCovariance(se3.perturbed(pose.matrix, np.append(np.zeros(3), turn)),
                                   covariance)
 
@@ -245,15 +254,18 @@ class Gravity:
 
         :param sigma: largest standard deviation of the direction of gravity [rad].
         :returns: the turn of the poses since :meth:`hold`, to where they are without an
-            accelerometer if the camera contradicts it; None: they stay, as the odometry is not
-            level, or the direction is known less well. Others are as for :meth:`update`.
+            accelerometer if the camera contradicts it. One that is suspected turns nothing, but
+            they are less certain. None: they stay, as the odometry is not level, or the direction
+            is known less well. Others are as for :meth:`update`.
         """
         if not self._is_held or self.start is None:
             return None
         self._is_held = False
-        if self._disagreement.is_wrong:
+        if self._disagreement.is_wrong or self._start_check.doubt == 1.0:
             turn, self.start = self._level.give_up(se3.inverse(self.start)), None
             return turn
+        if self._start_check.doubt:
+            return self._level.doubted(self._start_check.doubt)
         if self._filter is None or self.tilt_sigma > sigma:
             return None
         up = self._filter.up.in_axes(T_odom_reckoned[:3, :3])
@@ -264,8 +276,9 @@ class Gravity:
         return turn
 
     def levelled(self, pose: PoseWithCovariance) -> PoseWithCovariance:
-        """Return a pose of the odometry in the level frame."""
-        return self._level.apply(pose)
+        """Return a pose of the odometry in the level frame; one that is held has no doubt yet."""
+        is_checked = self.start is not None and not self._is_held
+        return self._level.apply(pose, self._start_check.doubt if is_checked else 0.0)
 
     def update(self, stamp: int, reference: PoseWithCovariance, measured: PoseWithCovariance,
                T_odom_reckoned: np.ndarray, corrected: PoseWithCovariance) -> None:
@@ -286,11 +299,7 @@ class Gravity:
         at_imu = measured @ self._T_camera_imu  # it is there that forces are measured
         self._advance(stamp, reference, at_imu)
         self._stamp, self._last, self._reference = stamp, at_imu, reference
-        if not is_level or self._is_held:
-            return
-        if self._disagreement.is_wrong and self._agreed_for < _RETRIED:
-            self._level.doubt()
-        elif self._filter is not None and not self._is_doubted:
+        if is_level and not self._is_held and self._filter is not None and not self._is_doubted:
             up = self._filter.up.in_axes(T_odom_reckoned[:3, :3])
             self._level.approach(up, corrected, min(elapsed, _LONGEST_STEP))
 
@@ -375,11 +384,8 @@ class Gravity:
     def _note(self, agrees: bool) -> None:
         """Note whether a position is the one expected; begin anew, and again, where it is not."""
         self._disagreement.note(agrees)
-        if self._agreed_for < _RETRIED:
-            if self._disagreement.is_suspected:
-                self._agreed_for = 0
-            elif self.tilt_sigma < _SHOWN:
-                self._agreed_for += 1
+        self._start_check.note(self._disagreement.suspicion,
+                               self._sigma < _SHOWN and not self._samples.unchanged)
         if self._disagreement.wrong_for % _RETRIED == 1:
             self._filter = None
 

@@ -29,8 +29,8 @@ Chosen on rendered rooms: a turn bends the path. At a degree per second a start 
 second by twenty times; at 0.006 deg per second neither errs by more in 20 s, and a
 start that is 2.4 deg off is level after seven minutes."""
 
-_CONTRADICTED = 1.0
-"""Variance of roll and of pitch by an accelerometer that the camera contradicts [rad^2].
+_UNKNOWN_TILT = np.eye(2)
+"""Covariance of roll and pitch by an accelerometer that the camera contradicts [rad^2].
 
 Derived: of a direction at random, which is off by 0 to 180 deg, they are a radian or more."""
 
@@ -128,7 +128,7 @@ class Level:
         self._noise = _TILT_BY_UP @ seen.covariance @ _TILT_BY_UP.T
         # the pose has drifted since the start: by as much the start is less certain than now
         self._start = position, self._noise + drifted.covariance[_TILT, _TILT]
-        self._before = self._since_level(drifted).covariance[_TILT, _TILT]
+        self._before = self._since_level(drifted, self._start).covariance[_TILT, _TILT]
         return Turn(T_level_odom, position, before, self._start[1])
 
     def give_up(self, T_first_odom: np.ndarray) -> Turn:
@@ -143,21 +143,38 @@ class Level:
         self._start, self._noise = None, None
         return Turn(T_first_odom, position, before, np.zeros((2, 2)), is_level=False)
 
-    def doubt(self) -> None:
-        """Take roll and pitch for unknown: those that were published cannot be turned back."""
-        if self._start is not None:
-            self._start = self._start[0], _CONTRADICTED * np.eye(2)
-        self._noise = None
+    def doubted(self, doubt: float) -> Turn:
+        """
+        Let the first pose stay as level as it is, and be as uncertain as it is doubted.
 
-    def apply(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        :param doubt: probability that it is wrong.
+        :returns: for the poses that were held back since then.
+        """
+        assert self._start is not None  # by :meth:`begin`
+        position, tilt = self._start
+        return Turn(np.eye(4), position, tilt, _mixed(tilt, _UNKNOWN_TILT, doubt))
+
+    def apply(self, pose: PoseWithCovariance, doubt: float = 0.0) -> PoseWithCovariance:
         """
         Return a pose in the level frame.
 
         Roll and pitch are as uncertain as gravity leaves them, by what the pose has drifted since
         it was seen, and by what is not corrected yet; the rest as far as it depends on them.
+
+        :param doubt: probability that the start is wrong, and roll and pitch unknown: those that
+            were published cannot be turned back.
         """
         pose = self._drifted(pose)
-        level = self._since_level(pose)
+        level = self._by_gravity(pose)
+        if doubt == 0.0:
+            return level
+        start = None if self._start is None else (self._start[0], _UNKNOWN_TILT)
+        unknown = self._since_level(pose, start)
+        return level.with_covariance(_mixed(level.covariance, unknown.covariance, doubt))
+
+    def _by_gravity(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        """Return a pose that has drifted in the level frame, as certain as gravity makes it."""
+        level = self._since_level(pose, self._start)
         covariance = level.covariance
         if self._noise is None:
             return level
@@ -199,7 +216,7 @@ class Level:
         self._T_level_drifted = levelled @ se3.inverse(pose.matrix)
         self._left = (error - step)[:2]
         self._error = se3.rotation_between(up.vector, UP)[:2]
-        self._before = self._since_level(pose).covariance[_TILT, _TILT]
+        self._before = self._since_level(pose, self._start).covariance[_TILT, _TILT]
 
     def _drifted(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return a pose that is given in the frame that began level, and has drifted since."""
@@ -208,13 +225,24 @@ class Level:
         drifted: PoseWithCovariance = self._T_drifted_given @ pose
         return drifted
 
-    def _since_level(self, pose: PoseWithCovariance) -> PoseWithCovariance:
-        """Return a pose in the level frame, with the error of the first one that was level."""
-        if self._start is not None:
-            position, tilt = self._start
+    def _since_level(self, pose: PoseWithCovariance,
+                     start: tuple[np.ndarray, np.ndarray] | None) -> PoseWithCovariance:
+        """
+        Return a pose in the level frame, with the error of the first one that was level.
+
+        :param start: its position, 3 [m], and the covariance of its roll and pitch, 2x2 [rad^2].
+        """
+        if start is not None:
+            position, tilt = start
             by_tilt = at_point(pose.translation - position)[:, _TILT]
             pose = pose.with_covariance(pose.covariance + by_tilt @ tilt @ by_tilt.T)
         return self._T_level_drifted @ pose
+
+
+def _mixed(known: np.ndarray, unknown: np.ndarray, doubt: float) -> np.ndarray:
+    """Return the covariance of an error that is, with the probability of a doubt, the unknown."""
+    mixed: np.ndarray = (1.0 - doubt) * known + doubt * unknown
+    return mixed
 
 
 def level_orientation(up: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.inertial.force_integral import ForceIntegral
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.settings import ImuSettings, OdometrySettings
@@ -175,6 +176,86 @@ def test_a_start_that_is_held_is_as_without_an_accelerometer_that_is_wrong(held)
     np.testing.assert_allclose(found.covariance, after.covariance, atol=1e-9)
 
 
+def suspected(change=lambda forces: -forces):
+    """Return a gravity that was held with a sensor that is suspected, and how it goes on."""
+    gravity, rng, reference, before = Gravity(ImuSettings()), np.random.default_rng(2), None, None
+    samples = imu_samples(moving, START - NANOSECONDS // 2, START + 20 * NANOSECONDS, CALIBRATED,
+                          np.random.default_rng(4))
+    gravity.hold()
+    sigmas = np.repeat([0.002, ORIENTATION_SIGMA], 3)
+    noise = np.diag(sigmas ** 2)
+
+    def goes_on(begin, end):
+        nonlocal reference, before
+        for stamp in range(START + begin * NANOSECONDS, START + end * NANOSECONDS,
+                           NANOSECONDS // 30):
+            gravity.add(changed(samples.until(stamp, before), change), 0.0)
+            before, reference = stamp, reference or gravity.begin(stamp)
+            seen = PoseWithCovariance(se3.perturbed(
+                se3.inverse(moving(START)) @ moving(stamp), sigmas * rng.standard_normal(6)),
+                noise)
+            measured = reference @ seen
+            gravity.update(stamp, reference, reference.matrix @ seen, np.eye(4), measured)
+        return measured
+    return gravity, goes_on(0, 5), goes_on
+
+
+def test_a_start_that_is_suspected_at_the_end_of_the_wait_is_as_uncertain():
+    """And unknown once it is contradicted, without a turn of what was published."""
+    gravity, measured, goes_on = suspected()
+    assert not gravity.complaint and gravity.tilt_sigma == np.inf
+    before, start = gravity.levelled(measured), gravity.start.copy()
+    assert np.degrees(np.sqrt(before.covariance[3, 3])) < 6.0  # while it is held
+    turn = gravity.begin_anew(np.eye(4), measured, np.radians(1.0))
+    after = gravity.levelled(measured)
+    assert 25.0 < np.degrees(np.sqrt(after.covariance[3:5, 3:5].diagonal().min())) < 57.0
+    held_back = turn.apply(before)
+    np.testing.assert_array_equal(held_back.matrix, before.matrix)
+    np.testing.assert_allclose(held_back.covariance, after.covariance, rtol=1e-9)
+    np.testing.assert_array_equal(gravity.start, start)
+    while not gravity.complaint:
+        gravity._disagreement.note(False)
+    measured = goes_on(5, 6)
+    levelled = gravity.levelled(measured)
+    np.testing.assert_allclose(levelled.matrix, measured.matrix, atol=1e-12)
+    np.testing.assert_allclose(levelled.covariance[3:5, 3:5], np.eye(2), atol=0.01)
+    assert gravity.begin_again(START + 6 * NANOSECONDS, levelled) is None
+
+
+def test_a_sensor_that_is_suspected_for_a_moment_decides_no_more_until_it_is_confirmed():
+    """Mounted 30 deg off: the share of contradictions goes up and down for good."""
+    gravity, measured, goes_on = suspected(
+        lambda forces: forces @ se3.exp_rotation([np.pi / 6, 0, 0]).T)
+    gravity.begin_anew(np.eye(4), measured, np.radians(1.0))
+    certain = [np.degrees(np.sqrt(gravity.levelled(goes_on(second, second + 1)).covariance[3, 3]))
+               for second in range(5, 20)]
+    assert min(certain) > 15.0
+
+
+@pytest.mark.parametrize('is_confirmed', [False, True])
+def test_a_start_of_another_recording_is_doubted_like_the_first(recorded, is_confirmed):
+    """Even if the sensor was right before: it may have been mounted otherwise meanwhile."""
+    _, gravity = follow(recorded, seconds=12 if is_confirmed else 1, drift=0.0)
+    gravity.restart()
+    lying = changed(recorded, lambda forces: -forces)
+    begun, before = None, None
+    noise = np.diag(np.repeat([POSITION_SIGMA, ORIENTATION_SIGMA], 3) ** 2)
+    for stamp in range(START, START + 15 * NANOSECONDS, NANOSECONDS // RATE):
+        gravity._forces = ForceIntegral() if begun is None else gravity._forces
+        gravity.add(lying.until(stamp, before), 0.0)
+        before = stamp
+        if begun is None:
+            begun = gravity.begin_again(stamp, PoseWithCovariance(moving(START)))
+            assert tilt(begun.rotation, moving(START)) > 170.0
+        seen = begun.matrix @ PoseWithCovariance(
+            se3.inverse(moving(START)) @ moving(stamp), noise)
+        measured = begun @ PoseWithCovariance(se3.inverse(begun.matrix) @ seen.matrix, noise)
+        gravity.update(stamp, begun, seen, np.eye(4), measured)
+    assert gravity.complaint
+    sigmas = np.sqrt(gravity.levelled(measured).covariance.diagonal()[3:5])
+    np.testing.assert_allclose(sigmas, 1.0, rtol=0.01)
+
+
 @pytest.mark.parametrize('change', [np.zeros_like, lambda a: a / 9.81, lambda a: a * np.nan],
                          ids=['zeros', 'in g', 'none'])
 def test_what_is_no_gravity_does_not_level(recorded, change):
@@ -284,7 +365,7 @@ def test_begun_again_roll_and_pitch_are_as_certain_as_what_is_up_in_a_hand(level
     """A hand accelerates by 0.5 m/s^2, beside the bias; the rest is as certain as before."""
     level.configure(ImuSettings(accelerometer_bias_sigma=1.2))
     before = tilted(0.3, -0.4, 0.0)
-    covariance = level.begin_again(START, before).covariance
+    covariance = level.levelled(level.begin_again(START, before)).covariance
     np.testing.assert_allclose(covariance[3:5, 3:5], (1.3 / 9.80665) ** 2 * np.eye(2),
                                rtol=1e-3, atol=1e-9)
     assert not covariance[3:5][:, [0, 1, 2, 5]].any()

@@ -77,7 +77,7 @@ class Played:
     def watch(self):
         self.gravity._level = SimpleNamespace(
             begin=lambda *at: self.began.append(at),
-            doubt=lambda: self.doubted.append(len(self.filters)),
+            apply=lambda pose, doubt: self.doubted.append(doubt),
             approach=lambda *to: self.log.append(('approach', *to)))
 
     def _filter(self, *made_with):
@@ -198,12 +198,14 @@ def test_a_start_is_doubted_where_the_camera_contradicts_it_before_it_was_confir
     played.update(0.0)
     for index in range(1, agreeing):
         played.update(0.1 * index)
-    assert not played.doubted
+        played.gravity.levelled(CORRECTED)
+    assert not any(played.doubted)
     played.agrees = False
     for index in range(agreeing, agreeing + 20):
         played.update(0.1 * index)
     assert played.gravity.complaint
-    assert bool(played.doubted) is is_doubted
+    played.gravity.levelled(CORRECTED)
+    assert played.doubted[-1] == is_doubted
 
 
 def test_the_filter_begins_with_the_force_in_the_axes_of_the_frame(play):

@@ -218,3 +218,35 @@ def test_after_it_poses_go_on_from_those_that_were_turned():
     np.testing.assert_allclose(sigmas[0][3:5], np.radians(0.1), rtol=1e-6)
     level.approach(up(), CAMERA, 1 / 30)
     np.testing.assert_allclose(level.apply(CAMERA).matrix, made.apply(held).matrix, atol=1e-12)
+
+
+@pytest.mark.parametrize('doubt', [0.0, 0.3, 1.0])
+def test_a_start_that_is_doubted_is_as_uncertain_as_the_mixture(doubt):
+    """Against the spread of paths of which a part is tilted as of no accelerometer."""
+    rng, first, sigma = np.random.default_rng(5), np.array([1.0, 2.0, 3.0]), 0.05
+    level = Level()
+    level.begin(first, sigma ** 2)
+    wrong = rng.random(200_000) < doubt
+    tilts = np.column_stack([
+        np.where(wrong, 1.0, sigma)[:, None] * rng.standard_normal((len(wrong), 2)),
+        np.zeros(len(wrong))])
+    errors = np.hstack([np.cross(tilts, CAMERA.translation - first), tilts])
+    expected = np.cov(errors.T) + CAMERA.covariance
+    found = level.apply(CAMERA, doubt)
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(found.covariance, expected, atol=0.02 * scale)
+    np.testing.assert_array_equal(found.matrix, CAMERA.matrix)
+    turn = level.doubted(doubt)
+    assert turn.is_level
+    held_back = turn.apply(level.apply(CAMERA))
+    np.testing.assert_array_equal(held_back.matrix, CAMERA.matrix)
+    np.testing.assert_allclose(held_back.covariance, found.covariance, atol=1e-9)
+
+
+def test_what_gravity_shows_of_a_start_that_was_contradicted_counts_for_nothing():
+    level = Level()
+    level.begin(CAMERA.translation, 0.05 ** 2)
+    level.approach(up(0.001), CAMERA, 1 / 30)
+    assert np.sqrt(level.apply(CAMERA).covariance[3, 3]) < np.radians(3.0)
+    np.testing.assert_allclose(np.sqrt(level.apply(CAMERA, 1.0).covariance.diagonal()[3:5]), 1.0,
+                               rtol=1e-5)
