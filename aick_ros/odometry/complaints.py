@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
@@ -15,19 +16,26 @@ from aick_ros.odometry.plane import Plane
 
 _Update = TypeVar('_Update')
 
+_NUMBER = re.compile(r'-?\d[\d.]*(e[+-]?\d+)?|\bnan\b')  # what is measured differs by frame
+
 
 def reporting_complaints(odometry: Odometry, updates: Iterable[_Update],
                          on_complaint: Callable[[str], None]) -> Iterator[_Update]:
     """
-    Yield updates, and report once of each sensor why it is not used, and of the plane.
+    Yield updates, and report why a sensor is not used, and of the plane: each reason once.
+
+    A reason that differs from an earlier one in its numbers alone is the same.
 
     :param updates: of the odometry, made as they are asked for.
     :param on_complaint: called with the sentence, before the update that shows it is yielded.
     """
     parts: list[Gyroscope | Gravity | Plane] = [
         odometry.gyroscope, odometry.gravity, odometry.plane]
+    told = {''}
     for update in updates:
-        for part in [part for part in parts if part.complaint]:
-            on_complaint(part.complaint)
-            parts.remove(part)
+        for complaint in [part.complaint for part in parts]:
+            reason = _NUMBER.sub('', complaint)
+            if reason not in told:
+                on_complaint(complaint)
+                told.add(reason)
         yield update

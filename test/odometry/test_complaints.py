@@ -1,14 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Sensors that are not used are named, and a plane that is none, each once, when it shows."""
+"""Sensors that are not used are named, and a plane that is none, when it shows."""
 
 from types import SimpleNamespace
+
+import pytest
 
 from aick_ros.odometry.complaints import reporting_complaints
 
 
-def test_each_sensor_is_named_once_and_at_the_update_that_shows_it():
+def test_each_reason_is_named_once_and_at_the_update_that_shows_it():
     odometry = SimpleNamespace(gyroscope=SimpleNamespace(complaint=''),
                                gravity=SimpleNamespace(complaint=''),
                                plane=SimpleNamespace(complaint=''))
@@ -27,7 +29,24 @@ def test_each_sensor_is_named_once_and_at_the_update_that_shows_it():
     said = list[str]()
     seen = [(update, list(said))
             for update in reporting_complaints(odometry, updates(), said.append)]
-    accelerometer, gyroscope = 'the accelerometer lies', 'the gyroscope lies'
-    assert seen == [(0, []), (1, [accelerometer]), (2, [accelerometer]),
-                    (3, [accelerometer, gyroscope]),
-                    (4, [accelerometer, gyroscope, 'there is no plane'])]
+    first, *others = ('the accelerometer lies', 'the gyroscope lies', 'it lies otherwise',
+                      'there is no plane')
+    assert seen == [(0, []), (1, [first]), (2, [first]), (3, [first, *others[:2]]),
+                    (4, [first, *others])]
+
+
+@pytest.mark.parametrize('sentences', [
+    ('it reports (0, -1, 0) m/s^2 for 0.6 s', 'it reports (1e-05, nan, 3) m/s^2 for 9 s'),
+    ('the gyroscope turns by 3.0 deg', 'the gyroscope turns by -17.2 deg')])
+def test_a_reason_with_other_numbers_is_no_other_one(sentences):
+    gravity = SimpleNamespace(complaint='')
+    odometry = SimpleNamespace(gyroscope=SimpleNamespace(complaint=''), gravity=gravity,
+                               plane=SimpleNamespace(complaint=''))
+
+    def updates():
+        for sentence in (*sentences, '', *sentences, 'the accelerometer contradicts the camera'):
+            gravity.complaint = sentence
+            yield sentence
+    said = list[str]()
+    list(reporting_complaints(odometry, updates(), said.append))
+    assert said == [sentences[0], 'the accelerometer contradicts the camera']

@@ -85,7 +85,7 @@ def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence
 
     :param gaps: distances of the two frames of a pair in the list of frames.
     :param on_progress: called after each frame with the number of frames done.
-    :param on_complaint: called once for each sensor that is not used, with the reason.
+    :param on_complaint: called once for each reason why a sensor is not used.
     :raises InputError: where the recording has no usable frame, or a gap is below 1.
     """
     if not gaps or min(gaps) < 1:
