@@ -111,7 +111,7 @@ class BagSource:
 
     @property
     def remarks(self) -> Sequence[str]:
-        """Why the IMU is not used, in one sentence; none where it is, or there is none."""
+        """Why the IMU is not used, and which calibration two drivers publish; a sentence each."""
         return [f'{self._path}: {sentence}' for sentence in self._remarks]
 
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
@@ -127,13 +127,15 @@ class BagSource:
         for pair in self._pairs(imu, calibrations, seen_by, on_damaged):
             found = True
             decode = self._decoder_of(pair, seen_by.pop(pair.colour_stamp))
+            frame: RgbdFrame | None = None
             try:
                 frame = decode(pair)
             except InputError as error:
                 on_damaged(InputError(f'{self._path}, {error}'))
             else:
                 frame = imu.with_samples(frame, pair.colour.header.frame_id)
-                self._remarks = imu.remarks
+            self._remarks = [*(each.remark for each in calibrations if each.remark), *imu.remarks]
+            if frame is not None:
                 yield frame
         if not found:
             raise InputError(
@@ -172,7 +174,7 @@ class BagSource:
                 [*add, *imu.topics, *infos], on_damaged):
             if topic in infos:
                 for each in calibrations:
-                    each.take(topic, message)
+                    each.take(topic, message, log_time)
                 continue
             stamp = stamp_of(message)
             if topic in imu.topics:

@@ -23,6 +23,7 @@ from aick_ros.sources.calibration import BY_OPTION, read_camera
 
 _STATIC_TRANSFORMS = '/tf_static'
 _CAMERA_REMEDY = f'or give a calibration {BY_OPTION}'
+_DEPTH_REMEDY = 'or choose another one with --depth-info-topic'
 
 
 class BagCameras:
@@ -62,7 +63,7 @@ class BagCameras:
         :raises InputError: where it is not described.
         """
         info = self._topics.depth_info(self._options.depth_info_topic, images)
-        return self._camera(info, images, 'or choose another one with --depth-info-topic')
+        return self._camera(info, images, _DEPTH_REMEDY)
 
     def calibrations(self, colour: str, depth: str, first: Sequence[Camera]
                      ) -> list[BagCalibration]:
@@ -75,10 +76,10 @@ class BagCameras:
         info = None
         if self._options.camera is None:
             info = self._topics.info(self._options.info_topic, colour)
-        found = [BagCalibration(first[0], info, is_rectified(colour))]
+        found = [BagCalibration(first[0], info, is_rectified(colour), _CAMERA_REMEDY)]
         for camera in first[1:]:
             info = self._topics.depth_info(self._options.depth_info_topic, depth)
-            found.append(BagCalibration(camera, info, is_rectified(depth)))
+            found.append(BagCalibration(camera, info, is_rectified(depth), _DEPTH_REMEDY))
         return found
 
     def depth_in_colour(self, colour_frame: str, depth_frame: str) -> np.ndarray:

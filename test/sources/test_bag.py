@@ -329,6 +329,27 @@ def test_images_have_the_camera_of_the_latest_camera_info(
         assert_same_frames(list(source.frames(raise_damage)), frames)
 
 
+def test_two_drivers_on_one_camera_info_are_told_once_and_the_first_counts(tmp_path, recording):
+    frames = recording.recorded
+    other = dataclasses.replace(frames[0].camera, fx=99.0)
+    messages = Messages()
+
+    def rows():
+        for frame in frames:
+            yield INFO, messages.info(frame.camera)
+            yield COLOUR, messages.image(frame.stamp, frame.colour, 'rgb8')
+            yield INFO, messages.info(other)
+            yield DEPTH, messages.image(frame.depth_stamp, frame.depth, '32FC1')
+    path = write(tmp_path / 'bag', rows())
+    source = BagSource(path)
+    assert source.remarks == []
+    found = list(source.frames(raise_damage))
+    assert {frame.camera.fx for frame in found[1:]} == {frames[0].camera.fx}
+    remark, = source.remarks
+    assert remark.startswith(f'{path}: {INFO} alternates between two calibrations')
+    assert '--camera FILE' in remark
+
+
 def test_a_camera_that_is_given_never_changes(tmp_path, recording):
     camera = tmp_path / 'camera.json'
     camera.write_text('{"width": 32, "height": 24, "k": [9, 0, 16, 0, 9, 12, 0, 0, 1]}')
