@@ -22,7 +22,7 @@ Extrinsic = Callable[[str, str], np.ndarray | None]
 _FEWEST, _SHARE = 2, 0.25
 """Images from which the clock differs where it is another one, and their share of all.
 
-Chosen: one may follow a stray stamp, and the first ones of a camera below 1 Hz are behind; those
+Chosen: one may follow a stray stamp, and the first one of a camera below 1 Hz is behind; those
 that reach the stamps of a clock that is ahead no longer differ."""
 
 

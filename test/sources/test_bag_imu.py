@@ -162,6 +162,23 @@ def test_another_clock_of_an_imu_is_remarked(tmp_path, inertial, monkeypatch, sh
         'images and are not used: let both drivers stamp by one clock'] if difference else [])
 
 
+@pytest.mark.parametrize('interval', [1.1, 2.0, 5.0, 60.0])
+def test_a_camera_below_1_hz_has_the_clock_of_its_imu(tmp_path, recording, interval):
+    """Its images wait for the next one in the bag, and samples come meanwhile."""
+    first, period = recording.recorded[0].stamp, round(interval * 1e9)
+    frames = []
+    for index, frame in enumerate(recording.recorded):
+        stamp = first + index * period
+        stamps = np.arange(stamp - period, stamp, period // 10) + 20_000_000
+        values = np.random.default_rng(index).normal(size=(len(stamps), 3))
+        frames.append(dataclasses.replace(
+            frame, stamp=stamp, depth_stamp=stamp, imu=ImuSamples(stamps, values, values)))
+    write_bag(tmp_path / 'out', dataclasses.replace(recording, recorded=frames))
+    source = open_source(tmp_path / 'out')
+    assert len(list(source.frames(raise_damage))) == len(frames)
+    assert source.remarks == []
+
+
 def pairs_of(imu, first, samples):
     """Have a pair per sample pass, 100 ms apart [ms]; a sample that is None does not come."""
     for index, stamp in enumerate(samples):
