@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from aick_ros.evaluation.runs.table import COVERED, DONE, FAILED, UNUSED, Row
+from aick_ros.evaluation.runs.table import COVERED, DONE, FAILED, REMARKS, UNUSED, Row
 from aick_ros.reports import canvas, page
 
 _MOST_LISTED = 200  # chosen
@@ -35,6 +35,7 @@ _SCORES = {
 _DRAWN = tuple(_SCORES)[:3]
 
 _OF_SENSORS = {'source': 'source', 'variant': 'settings', UNUSED: 'reason'}
+_OF_REMARKS = {'source': 'source', 'variant': 'settings', REMARKS: 'remarks'}
 _OF_FAILURES = {'source': 'source', 'variant': 'settings', 'cause': 'cause', 'reason': 'reason',
                 'attempts': 'attempts'}
 """Column of the table of runs -> its head in a list of some of them."""
@@ -54,6 +55,8 @@ def fleet_page(rows: Sequence[Row]) -> str:
              *_variants(of_variant, failed), *_pictures(of_variant), *_runs(done),
              *_listed('Sensors that are not used', _OF_SENSORS,
                       [row for row in done if row.get(UNUSED)]),
+             *_listed('Remarks on recordings', _OF_REMARKS,
+                      [row for row in done if row.get(REMARKS)]),
              *_listed('Failures', _OF_FAILURES, failed)]
     return page.page('Runs of a fleet', *parts, sorts_tables=True)
 

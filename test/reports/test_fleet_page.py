@@ -117,6 +117,16 @@ def test_sensors_that_are_not_used_are_named():
     assert 'Sensors' not in fleet_page(ROWS)
 
 
+@pytest.mark.usefixtures('undrawn')
+def test_remarks_on_recordings_are_listed():
+    page = fleet_page([done('a', 'fast', 0.01, remarks=''),
+                       done('b', 'fast', 0.01, remarks='<2> images skipped')])
+    assert '<h2>Remarks on recordings</h2>' in page
+    assert tables(page)[-1] == [['source', 'settings', 'remarks'],
+                                ['b', 'fast', '&lt;2&gt; images skipped']]
+    assert 'Remarks' not in fleet_page(ROWS)
+
+
 def test_without_errors_or_failures_there_are_no_pictures_or_failures():
     page = fleet_page([done('a', 'fast', None)])
     assert '<svg' not in page and 'Failures' not in page

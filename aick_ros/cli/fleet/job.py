@@ -16,10 +16,11 @@ import cv2
 
 from aick_ros.cli.fleet.scratch import ScratchSpace, scratch_of, worker_folder
 from aick_ros.cli.fleet.urls import is_url
+from aick_ros.cli.input.damage_log import DamageCount
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.output.run_folder import RunFolder
 from aick_ros.errors import InputError
-from aick_ros.evaluation.runs.table import UNUSED, Cell, Row
+from aick_ros.evaluation.runs.table import REMARKS, UNUSED, Cell, Row
 from aick_ros.evaluation.scores.evaluation import GAPS, Evaluation, evaluate
 from aick_ros.evaluation.scores.run_summary import summarize
 from aick_ros.settings import Settings
@@ -75,23 +76,25 @@ def run_job(job: Job) -> Finished:
             finished = _run(job, copy.path)
         except InputError as error:  # the copy does not stay
             raise InputError(str(error).replace(str(copy.path), job.source)) from None
-    return replace(finished, figures={**finished.figures, 'bytes_copied': copy.bytes_copied})
+    figures = {name: cell.replace(str(copy.path), job.source) if isinstance(cell, str) else cell
+               for name, cell in finished.figures.items()}
+    return replace(finished, figures={**figures, 'bytes_copied': copy.bytes_copied})
 
 
 def _run(job: Job, recording: str | Path) -> Finished:
     started, start = datetime.now(), time.perf_counter()
     source = open_source(recording, job.options)
     reading = Reading(source, job.limit, ahead=False)  # one thread, as cv2 above
-    damaged, complaints = list[InputError](), list[str]()
+    damage, complaints = DamageCount(), list[str]()
     try:
-        evaluation = evaluate(reading, job.settings, job.gaps, on_damaged=damaged.append,
+        evaluation = evaluate(reading, job.settings, job.gaps, on_damaged=damage,
                               on_complaint=complaints.append)
     except InputError as error:
-        if not damaged:
+        if damage.first is None:
             raise
-        raise InputError(f'{error}; the first image that was skipped: {damaged[0]}') from None
+        raise InputError(f'{error}; the first image that was skipped: {damage.first}') from None
     summary = summarize(reading, evaluation.records, job.settings, time.perf_counter() - start,
-                        reading.ended, len(damaged))
+                        reading.ended, damage.count)
     with tempfile.TemporaryDirectory(prefix='aick-run-', dir=worker_folder()) as parent:
         with RunFolder(Path(parent), reading.name, job.settings, started) as folder:
             if source.ground_truth is not None:
@@ -102,7 +105,9 @@ def _run(job: Job, recording: str | Path) -> Finished:
         files = {path.name: path.read_bytes() for path in folder.path.iterdir()}
     figures = {
         **dict(_flat(_scores(evaluation), '')), 'ended': summary.ended,
-        'damaged_images': len(damaged), UNUSED: '; '.join(complaints),
+        'damaged_images': damage.count, UNUSED: '; '.join(complaints),
+        REMARKS: '; '.join([*(remark.removeprefix(f'{recording}: ') for remark in reading.remarks),
+                            *damage.remarks]),
         'duration_s': summary.duration_s,
         'tracked': summary.tracked, 'path_length_m': summary.path_length_m,
         'wall_time_s': summary.wall_time_s, 'peak_memory_mb': summary.peak_memory_mb}

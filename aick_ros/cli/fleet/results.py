@@ -19,13 +19,14 @@ from aick_ros.borders.replacement import unwritable
 from aick_ros.cli.output.files import write_whole
 from aick_ros.cli.output.plot_folder import make_folder
 from aick_ros.errors import InputError
-from aick_ros.evaluation.runs.table import DONE, TABLE, UNUSED, VARIED, Cell, Row, table_bytes
+from aick_ros.evaluation.runs.table import (
+    DONE, REMARKS, TABLE, UNUSED, VARIED, Cell, Row, table_bytes)
 
 ROW = 'row.json'
 """File in the folder of a run with its row of the table; a run without it has not ended."""
 
 _REQUIRED = {'source', 'variant', 'run', 'identity', 'status'}
-_TEXTS = _REQUIRED | {'recording', 'cause', 'reason', 'worker', 'ended', UNUSED}
+_TEXTS = _REQUIRED | {'recording', 'cause', 'reason', 'worker', 'ended', UNUSED, REMARKS}
 """Columns of text; the others are of numbers, or of settings."""
 
 _LONGEST = 100  # characters of a folder's name; chosen

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from aick_ros.cli.output.console import decimal, say, table
-from aick_ros.evaluation.runs.table import COVERED, DONE, FAILED, TABLE, UNUSED, Row
+from aick_ros.evaluation.runs.table import COVERED, DONE, FAILED, REMARKS, TABLE, UNUSED, Row
 
 REPORT = 'report.html'
 _NAMED = 5  # runs of each kind that are named; the table has all
@@ -24,7 +24,7 @@ def show_summary(rows: Sequence[Row], out: Path, on_stderr: bool) -> None:
     """
     Show the mean scores of each variant, and the first runs that failed or lacked something.
 
-    That is a tracked frame, or a sensor that was not used.
+    That is a tracked frame, a sensor that was not used, or a part of the recording.
 
     :param out: folder of the fleet.
     """
@@ -42,12 +42,13 @@ def show_summary(rows: Sequence[Row], out: Path, on_stderr: bool) -> None:
         say(f'{_name(row)}: no frame was tracked: {out / str(row["run"])} has the reasons')
     if untracked:
         say(f'in {len(untracked)} of {len(rows)} runs no frame was tracked')
-    unused = [row for row in rows if row.get(UNUSED)]
-    for row in unused[:_NAMED]:
-        say(f'{_name(row)}: {row[UNUSED]}')
-    if unused:
-        say(f'in {len(unused)} of {len(rows)} runs a sensor was not used: {out / TABLE} has the '
-            'reasons')
+    for column, what in ((UNUSED, 'a sensor was not used'),
+                         (REMARKS, 'something is wrong with the recording')):
+        named = [row for row in rows if row.get(column)]
+        for row in named[:_NAMED]:
+            say(f'{_name(row)}: {row[column]}')
+        if named:
+            say(f'in {len(named)} of {len(rows)} runs {what}: {out / TABLE} has the reasons')
     _say_uncovered(rows, out)
     say(f'details: {out / REPORT}')
 

@@ -1,19 +1,56 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Log of unusable images."""
+"""Unusable images, logged or counted."""
 
 from __future__ import annotations
 
 import re
 
 from aick_ros.borders.limits import MAX_DAMAGED_IMAGES
+from aick_ros.borders.names import counted
 from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
 
 _MAX_SHOWN = 5  # of the first images; chosen
 _MAX_LISTED = 20  # of all kinds; chosen: they fit on a screen
+_MAX_KEPT = 5  # reasons of a recording among many; chosen: a line of each
 _NUMBER = re.compile(r'[\d.]+')  # also a stamp, and those in names of files
+
+
+class DamageCount:
+    """Counts unusable images, and keeps the first one and the first ones of other kinds."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._first: dict[str, InputError] = {}  # of each kind
+        self._is_complete = True
+
+    def __call__(self, error: InputError) -> None:
+        """
+        Count an image that is skipped.
+
+        :raises InputError: where there are too many to go on.
+        """
+        self.count = _one_more(self.count)
+        kind = _kind(error)
+        if len(self._first) < _MAX_KEPT:
+            self._first.setdefault(kind, error)
+        self._is_complete &= kind in self._first
+
+    @property
+    def first(self) -> InputError | None:
+        """Reason of the first image; None without one."""
+        return next(iter(self._first.values()), None)
+
+    @property
+    def remarks(self) -> list[str]:
+        """Number of skipped images with the first one of each reason, in a sentence or none."""
+        if not self.count:
+            return []
+        reasons = ', '.join([*map(str, self._first.values()),
+                             *([] if self._is_complete else ['and for others'])])
+        return [f'{counted(self.count, "image")} skipped, the first of each reason: {reasons}']
 
 
 class DamageLog:
@@ -32,12 +69,8 @@ class DamageLog:
 
         :raises InputError: where there are too many to go on.
         """
-        self.count += 1
-        if self.count > MAX_DAMAGED_IMAGES:
-            raise InputError(f'more than {MAX_DAMAGED_IMAGES} images are unusable, the rest of '
-                             'the recording is not read: correct what the first ones say, or '
-                             'record it again')
-        kind = _NUMBER.sub('', str(error))
+        self.count = _one_more(self.count)
+        kind = _kind(error)
         is_new = kind not in self._kinds
         if self._listed < _MAX_LISTED and (is_new or self.count <= _MAX_SHOWN):
             self._listed += 1
@@ -55,3 +88,17 @@ class DamageLog:
             noun = 'image was' if self.count == 1 else 'images were'
             reasons = 'the reasons above' + ('' if self._is_complete else ' and others')
             say(f'{self.count} {noun} skipped, for {reasons}; all others were used')
+
+
+def _one_more(count: int) -> int:
+    """Return a number of unusable images with one more; InputError where those are too many."""
+    if count >= MAX_DAMAGED_IMAGES:
+        raise InputError(f'more than {MAX_DAMAGED_IMAGES} images are unusable, the rest of '
+                         'the recording is not read: correct what the first ones say, or '
+                         'record it again')
+    return count + 1
+
+
+def _kind(error: InputError) -> str:
+    """Return what an image has in common with others that are unusable for the same reason."""
+    return _NUMBER.sub('', str(error))

@@ -26,6 +26,9 @@ DONE, FAILED = 'done', 'failed'
 UNUSED = 'unused_sensors'
 """Column that says of a run's sensors why they are not used; '' where all are."""
 
+REMARKS = 'remarks'
+"""Column of what a run's recording has said of its data, as of skipped images; '' for nothing."""
+
 COVERED = 'trajectory.covered_frames'
 """Column of the number of frames that the ground truth covers; None without one."""
 

@@ -47,7 +47,7 @@ def test_the_figures_are_those_of_the_recording(folder, recording, monkeypatch):
     assert figures['path_length_m'] == pytest.approx(length, rel=0.1)
     assert (figures['frames'], figures['tracked']) == (5, 5)
     assert (figures['ended'], figures['damaged_images']) == ('complete', 0)
-    assert figures['unused_sensors'] == ''
+    assert figures['unused_sensors'] == figures['remarks'] == ''
     assert figures['wall_time_s'] > 0 < figures['peak_memory_mb']
     assert {'source', 'settings', 'machine', 'bytes_copied'}.isdisjoint(figures)
     assert threads == [1]
@@ -89,6 +89,9 @@ def test_damaged_images_are_counted(folder):
     assert 0 < finished.figures['wall_time_s'] < time.perf_counter() - start
     assert finished.figures['damaged_images'] == 2
     assert finished.figures['frames'] == len(images) - 2
+    said = finished.figures['remarks']
+    assert said.startswith('2 images skipped, the first of each reason: ')
+    assert images[3].name in said and images[4].name not in said
     summary = json.loads(finished.files['summary.json'])
     assert summary['damaged_images'] == 2
     assert summary['wall_time_s'] == finished.figures['wall_time_s']
@@ -100,6 +103,14 @@ def test_a_sensor_that_is_not_used_is_named_once(recording, stuck, in_memory, mo
     said = finish('desk').figures['unused_sensors']
     assert said.startswith('the accelerometer has reported (0, -9.8, 0.5) m/s^2 for ')
     assert said.count('the accelerometer') == 1
+
+
+def test_what_a_source_remarks_is_in_the_row(recording, in_memory, monkeypatch):
+    source = in_memory(list(recording.frames(raise_damage)), recording.ground_truth)
+    source.remarks = ['desk: the IMU has another clock', 'two drivers publish']
+    monkeypatch.setattr(job_module, 'open_source', lambda *options: source)
+    assert finish('desk', limit=2).figures['remarks'] == (
+        'the IMU has another clock; two drivers publish')
 
 
 def test_a_recording_without_a_usable_frame_says_why(folder):
@@ -156,6 +167,23 @@ def test_a_url_is_copied_first_and_its_bytes_are_counted(monkeypatch, recording)
     job = Job('s3://bucket/desk', 'a', Settings(), gaps=[1], limit=2, scratch=space)
     assert run_job(job).figures['bytes_copied'] == 123
     assert asked == [(space, 's3://bucket/desk'), Path('copy')]
+
+
+def test_remarks_on_a_copy_name_its_url(monkeypatch, recording, in_memory):
+    class Scratch:
+        def __init__(self, space):
+            pass
+
+        @contextmanager
+        def copy_of(self, url):
+            yield SimpleNamespace(path=Path('/tmp/copy.mcap'), bytes_copied=4)
+
+    source = in_memory(list(recording.frames(raise_damage)), on_frame=lambda index, on_damaged: (
+        on_damaged(InputError('/tmp/copy.mcap, /rgb: no stamp')) if index == 1 else None))
+    monkeypatch.setattr(job_module, 'scratch_of', Scratch)
+    monkeypatch.setattr(job_module, 'open_source', lambda *options: source)
+    figures = run_job(Job('https://h/a.mcap', 'a', Settings(), gaps=[1], limit=2)).figures
+    assert figures['remarks'].endswith(': https://h/a.mcap, /rgb: no stamp')
 
 
 def test_what_is_wrong_with_a_copy_is_that_of_the_url(monkeypatch, tmp_path):

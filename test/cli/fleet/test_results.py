@@ -82,12 +82,13 @@ def test_a_row_without_what_identifies_its_run_is_named(tmp_path, missing):
 
 @pytest.mark.parametrize('cells', [
     {'frames': 'many'}, {'frames': 1e308}, {'frames': 10 ** 400}, {'frames': float('nan')},
-    {'frames': [1]}, {'frames': {'a': 1}}, {'source': 5}, {'status': None}, {'set.a': [1]}])
+    {'frames': [1]}, {'frames': {'a': 1}}, {'source': 5}, {'status': None}, {'set.a': [1]},
+    {'remarks': 5}])
 def test_a_row_with_other_cells_than_a_run_has_is_named(tmp_path, cells):
     (tmp_path / 'runs' / 'a' / 'b').mkdir(parents=True)
     file = tmp_path / 'runs' / 'a' / 'b' / 'row.json'
     content = {**row('bag'), 'run': 'runs/a/b', 'frames': 5, 'set.a': 'x', 'ate': None,
-               'unused_sensors': 'it hangs'}
+               'unused_sensors': 'it hangs', 'remarks': 'an image was skipped'}
     file.write_text(json.dumps(content))
     assert Results(tmp_path).rows
     file.write_text(json.dumps({**content, **cells}))

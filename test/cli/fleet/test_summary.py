@@ -40,6 +40,16 @@ def test_sensors_that_were_not_used_are_named(capfd):
         'aick: details: out/report.html']
 
 
+def test_remarks_on_recordings_are_shown(capfd):
+    show_summary([{**TRACKED, 'remarks': ''}, {**TRACKED, 'remarks': '2 images skipped'},
+                  *6 * [{**DARK, 'tracked': 9, 'remarks': 'another clock'}]], Path('out'),
+                 on_stderr=False)
+    assert capfd.readouterr().err.splitlines() == [
+        'aick: desk (defaults): 2 images skipped', *4 * ['aick: dark (defaults): another clock'],
+        'aick: in 7 of 8 runs something is wrong with the recording: out/table.parquet has the '
+        'reasons', 'aick: details: out/report.html']
+
+
 def test_no_more_than_five_runs_are_named(capfd):
     show_summary(9 * [DARK], Path('out'), on_stderr=False)
     assert capfd.readouterr().err.count('aick: dark') == 5

@@ -6,7 +6,7 @@
 import pytest
 
 from aick_ros.cli.input import damage_log
-from aick_ros.cli.input.damage_log import DamageLog
+from aick_ros.cli.input.damage_log import DamageCount, DamageLog
 from aick_ros.errors import InputError
 
 MORE = 'more images are skipped and counted; of each further reason one is listed'
@@ -69,3 +69,32 @@ def test_what_is_damaged_throughout_is_not_read_to_its_end(monkeypatch):
     with pytest.raises(InputError, match='^more than 9 images are unusable, .* not read: '
                        'correct what the first ones say, or record it again$'):
         log(InputError('damaged'))
+
+
+def test_of_images_that_are_counted_the_first_one_of_each_reason_is_kept():
+    count = DamageCount()
+    assert (count.first, count.remarks) == (None, [])
+    for number in range(40):
+        count(InputError(f'{number}.png is damaged'))
+        count(InputError(f'{number}.png has no depth'))
+    assert (count.count, str(count.first)) == (80, '0.png is damaged')
+    assert count.remarks == [
+        '80 images skipped, the first of each reason: 0.png is damaged, 0.png has no depth']
+
+
+def test_of_images_that_are_counted_a_few_reasons_are_kept():
+    count = DamageCount()
+    for reason in 'abcdef':
+        count(InputError(reason))
+    assert count.remarks == [
+        '6 images skipped, the first of each reason: a, b, c, d, e, and for others']
+
+
+def test_too_many_images_that_are_counted_end_the_reading(monkeypatch):
+    monkeypatch.setattr(damage_log, 'MAX_DAMAGED_IMAGES', 2)
+    count = DamageCount()
+    for _ in range(2):
+        count(InputError('damaged'))
+    with pytest.raises(InputError, match='more than 2 images are unusable, .* is not read'):
+        count(InputError('damaged'))
+    assert count.count == 2
