@@ -27,6 +27,7 @@ if __name__ == '__main__':
 import cv2  # noqa: E402: only now do the libraries read how many threads they may have
 import numpy as np  # noqa: E402
 
+from aick_ros.evaluation.scores.ground_truth import true_pose  # noqa: E402
 from aick_ros.evaluation.scores.machine import machine_facts  # noqa: E402
 from aick_ros.features import make_detector  # noqa: E402
 from aick_ros.features.haar import describe  # noqa: E402
@@ -76,7 +77,7 @@ def recordings() -> Iterator[tuple[str, Recorded]]:
 def recorded(source: RgbdSource) -> Recorded:
     """Return all frames of a source."""
     frames = list(source.frames(raise_damage))
-    return frames, [source.ground_truth.at(frame.stamp, 0.05) for frame in frames]
+    return frames, [true_pose(source.ground_truth, frame.stamp) for frame in frames]
 
 
 def keypoints_of(frames: list[RgbdFrame], settings: Settings) -> list[KeypointFrame]:

@@ -12,6 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from aick_ros.evaluation.scores.frame_record import FrameRecord, is_level
+from aick_ros.evaluation.scores.ground_truth import true_pose
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
@@ -99,7 +100,7 @@ class RerunView:
         """Log the ground truth once, and the error of a pose against it."""
         if self._ground_truth is None:
             return
-        truth = self._ground_truth.at(stamp)
+        truth = true_pose(self._ground_truth, stamp)
         if truth is None:
             return
         if self._T_odom_world is None:

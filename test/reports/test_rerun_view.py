@@ -208,6 +208,14 @@ def test_the_world_is_right_down_forward_and_errors_need_truth_at_their_time(
     np.testing.assert_allclose(times, np.arange(10, 90) / 30, atol=1e-6)
 
 
+def test_there_is_no_error_in_a_gap_of_the_truth(shown, records, ground_truth):
+    """As in the evaluation, whose limit is 0.05 s at 30 Hz."""
+    kept = np.r_[:20, 26:90]
+    gap = Trajectory(ground_truth.stamps[kept], ground_truth.poses[kept])
+    times = [time for time, _ in shown(records, gap).values('errors/position_mm', 'scalars')]
+    np.testing.assert_allclose(times, kept / 30, atol=1e-6)
+
+
 def test_a_level_world_is_forward_left_up(shown, level_records):
     import rerun as rr
     rows = shown(level_records).rows('world', 'xyz')

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from aick_ros.evaluation.baselines import Baseline
+from aick_ros.evaluation.scores.ground_truth import true_pose
 from aick_ros.frames.rectification import rectified
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
@@ -83,7 +84,8 @@ def reckon(method: Baseline, frames: Iterable[RgbdFrame], ground_truth: Trajecto
     """
     Chain the registrations of each frame to the previous one.
 
-    :param frames: at least one, all covered by the ground truth.
+    :param frames: at least one, all covered by the ground truth, which is interpolated as in
+        the evaluation.
     :param on_progress: called with the number of frames done.
     :raises ValueError: for a frame that the ground truth does not cover.
     """
@@ -92,10 +94,10 @@ def reckon(method: Baseline, frames: Iterable[RgbdFrame], ground_truth: Trajecto
     failed, previous = 0, None
     points, colours = [], []
     for number, frame in enumerate(frames):
-        true_pose = ground_truth.at(frame.stamp)
-        if true_pose is None:
+        T_world_camera = true_pose(ground_truth, frame.stamp)
+        if T_world_camera is None:
             raise ValueError(f'the ground truth does not cover the stamp {frame.stamp}')
-        true_poses.append(true_pose)
+        true_poses.append(T_world_camera)
         prepared = method.prepare(frame)
         T_previous_now = np.eye(4)
         if number:
@@ -103,7 +105,7 @@ def reckon(method: Baseline, frames: Iterable[RgbdFrame], ground_truth: Trajecto
             failed += estimate.T_target_source is None
             if estimate.T_target_source is not None:
                 T_previous_now = estimate.T_target_source
-        poses.append(poses[-1] @ T_previous_now if poses else true_pose)
+        poses.append(poses[-1] @ T_previous_now if poses else T_world_camera)
         previous = prepared
         if number % _FRAME_STEP == 0:
             near_points, near_colours = _near_points(frame)

@@ -119,6 +119,22 @@ def test_a_frame_without_truth_is_an_error(source, frames):
         reckon(Known(source.ground_truth), frames, truth)
 
 
+@pytest.mark.parametrize('gap, is_covered', [(49, True), (51, False)])
+def test_a_frame_in_a_gap_of_the_truth_is_an_error(source, frames, gap, is_covered):
+    """As in the evaluation: poses far apart say little of those between them."""
+    first, last = frames[0].stamp, frames[-1].stamp
+    stamps = np.arange(first, last + 1, 10 ** 7)  # 100 Hz
+    before = frames[3].stamp - 1_000_000
+    kept = stamps[(stamps <= before) | (stamps >= before + gap * 10 ** 6)]
+    stamps = np.unique(np.concatenate([kept, [before, before + gap * 10 ** 6]]))
+    truth = Trajectory(stamps, np.array([source.ground_truth.at(int(stamp)) for stamp in stamps]))
+    if is_covered:
+        assert reckon(Known(truth), frames, truth).end.frames == FRAMES
+        return
+    with pytest.raises(ValueError, match=f'does not cover the stamp {frames[3].stamp}'):
+        reckon(Known(source.ground_truth), frames, truth)
+
+
 def test_a_frame_is_registered_to_the_one_before(source, frames):
     class Asked(Known):
         def register(self, source_, target):
