@@ -61,9 +61,10 @@ class Odometry:
 
     A frame whose images are both those of the frame before is no measurement of standing still:
     its pose is that of the motion model or of another sensor, and the next real frame has its
-    increment over the whole interval. Images that do not change for longer than the camera needs
-    to stop (``odometry.hold_time`` and the time by ``odometry.acceleration_sigma``) are taken for
-    rest, unless another sensor moves. Where one image repeats it is not used.
+    increment over the whole interval. Images of a camera without noise, as of a simulation, that
+    do not change for longer than the camera needs to stop (``odometry.hold_time`` and the time by
+    ``odometry.acceleration_sigma``) are taken for rest, unless another sensor moves. Where one
+    image repeats it is not used.
 
     Where keypoints do not determine the motion, depth does as far as the scene has shape, and
     what no shape shows is that of the motion model. None of these frames becomes a keyframe, nor
@@ -119,7 +120,8 @@ class Odometry:
         self._increments = Increments(self._expected, self._motion_model,
                                       self._learned.misalignment, self._increment_bias,
                                       settings.sensor.depth_scale_sigma)
-        self._repeated = RepeatedImages(self._motion_model, self._expected, self._other)
+        self._repeated = RepeatedImages(self._motion_model, self._expected, self._other,
+                                        self._learned.noise)
         self._keyframes = KeyframeChoice(settings, registrar)
         self._tracking.configure(settings, registrar, self._attempts, self._keyframes)
 

@@ -16,21 +16,25 @@ from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.odometry.velocity import Velocity
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 
 
 class RepeatedImages:
     """
     What frames show whose images are those of the frame before: rest, or nothing.
 
-    A sensor at rest has noise, a simulated one may have none: images that do not change for longer
-    than the camera needs to stop (``odometry.hold_time`` and the time by
+    A sensor at rest has noise, a simulated one may have none: its images that do not change for
+    longer than the camera needs to stop (``odometry.hold_time`` and the time by
     ``odometry.acceleration_sigma``) are taken for rest, unless another sensor moves. Others are no
     measurement: the motion is that of the motion model or of another sensor.
+
+    :param noise: of the camera: where it is seen no image shows rest.
     """
 
     def __init__(self, motion_model: MotionModel, expected: ExpectedMotion,
-                 other: OtherOdometry) -> None:
+                 other: OtherOdometry, noise: MeasuredNoise) -> None:
         self._motion_model, self._expected, self._other = motion_model, expected, other
+        self._noise = noise
 
     def show_rest(self, start: int, end: int, velocity: Velocity, last: int) -> bool:
         """
@@ -39,7 +43,8 @@ class RepeatedImages:
         :param velocity: before that.
         :param last: stamp of the last frame whose pose was measured [ns].
         """
-        if (seconds(start, end) <= self._motion_model.time_to_rest(velocity.twist)
+        if (self._noise.is_seen
+                or seconds(start, end) <= self._motion_model.time_to_rest(velocity.twist)
                 or self._expected.is_moving(start, end) or self._expected.is_moving(last, end)):
             return False
         moved = self._other.motion(start, end)

@@ -82,7 +82,8 @@ class Learned:
         self.misalignment.learn(misalignment)
         if (misalignment.with_distortion is not None
                 and have_same_nodes(source.frame.camera, target.frame.camera)):
-            self.distortion.learn(misalignment.with_distortion)
+            self.distortion.learn(misalignment.with_distortion,
+                                  self.misalignment.misalignment.colour_radial)
 
     def with_systematic_errors(self, found: Registration, source: PreparedFrame,
                                target: PreparedFrame,

@@ -42,6 +42,8 @@ class NoiseSample:
     :param scatters: of the keypoints and of depth, 6x6, in units of their information.
     :param rare: logarithm of the variance between parts of the image on planes which few cells
         face as, by that on planes which many do; None where it shows none.
+    :param depth_residual: median length of the residuals of depth, in standard deviations of the
+        sensor's noise; None where it shows none.
     """
 
     motion: float
@@ -51,6 +53,7 @@ class NoiseSample:
     poses: PosesByKind | None = None
     scatters: tuple[np.ndarray, np.ndarray] | None = None
     rare: float | None = None
+    depth_residual: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

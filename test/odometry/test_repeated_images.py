@@ -16,7 +16,7 @@ from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.registration.status import Status
 from aick_ros.settings import OdometrySettings
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
 
 COUNT, PERIOD = 9, 1 / 30
 
@@ -118,6 +118,26 @@ def test_images_that_stay_the_same_are_a_simulated_camera_at_rest(rendered):
     sensor = np.diag(updates[3].increment.pose.covariance)
     assert (np.diag(last.increment.pose.covariance) > 0.005 * sensor).all()
     assert {id(u.reference) for u in updates[first:]} == {id(updates[3].reference)}
+
+
+def hung(**options):
+    """Return the updates by a camera whose driver hangs after 16 frames."""
+    frames = list(SyntheticSource(SyntheticOptions(seed=5, frames=16, **options)).frames())
+    return follow([*frames, *(repeated(frames[-1], by=i + 1) for i in range(90))])[16:]
+
+
+def test_images_of_a_camera_without_noise_show_rest():
+    updates = hung(depth=DepthSensor.perfect(), colour=ColourSensor(sigma=0.0))
+    assert {u.status for u in updates[30:]} == {Status.OK}
+    assert np.sqrt(np.trace(updates[-1].pose.covariance[:3, :3])) < 0.05
+
+
+def test_images_of_a_camera_that_has_noise_never_show_rest():
+    """A driver that hangs delivers the same image for long: where the camera is, is not known."""
+    updates = hung()
+    assert {u.status for u in updates} == {Status.REPEATED}
+    sigmas = [np.sqrt(np.trace(u.expected.pose.covariance[:3, :3])) for u in updates]
+    assert (np.diff(sigmas) > 0.0).all() and sigmas[-1] > 1.0
 
 
 def test_no_rest_while_another_sensor_moves(rendered):

@@ -31,7 +31,7 @@ POSE = se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1])
 EXPECTED = ExpectedPose(POSE, 0.2)
 MISALIGNED = with_values(Settings(), {'misalignment.delay': 0.02, 'misalignment.x': 0.01})
 UNREFINED = with_values(Settings(), {'refinement.mode': 'none'})
-DELAY_SIGMA, LEARNED_DELAY = 0.004, 0.013
+DELAY_SIGMA, LEARNED_DELAY, LEARNED_RADIAL = 0.004, 0.013, -0.05
 LEARNED_DISTORTION = DepthDistortion(np.full((ROWS, COLUMNS), 0.001))
 EQUATIONS = Equations(np.eye(40), np.zeros(40))
 SAMPLE = MisalignmentSample(np.eye(12), np.zeros(12), EQUATIONS)
@@ -65,12 +65,13 @@ class Sensed:
     def follow(self, camera):
         self._log.append(('follow', camera))
 
-    def learn(self, sample):
+    def learn(self, sample, radial=LEARNED_RADIAL):
         self._log.append(('learn', sample))
-        if sample is EQUATIONS:
+        if sample is EQUATIONS and radial == LEARNED_RADIAL:
             self.distortion = LEARNED_DISTORTION
         if sample is SAMPLE:
-            self.misalignment = Misalignment(np.zeros(6), LEARNED_DELAY, 0.0, 0.0)
+            self.misalignment = Misalignment(np.zeros(6), LEARNED_DELAY, 0.0, 0.0,
+                                             colour_radial=LEARNED_RADIAL)
             self.delay_sigma = DELAY_SIGMA
 
     def add_to(self, *given):

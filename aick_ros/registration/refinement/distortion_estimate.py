@@ -9,6 +9,7 @@ significant against how far parts of the registrations contradict each other cha
 what is significant is shrunk by what chance contributes to it (James and Stein 1961).
 
 A distortion that is alike all over the image is hardly observed: it changes little but the scale.
+The lens of the colour camera is not estimated with it: the two are too alike.
 """
 
 from __future__ import annotations
@@ -40,8 +41,10 @@ one 20 and more after 100 frames."""
 
 _STILL_SIGNIFICANT = 0.5  # of that: below it an estimate is no longer applied
 
+_LENS = len(PRIOR_SIGMAS) - 1
+_CHOSEN = np.delete(np.arange(len(PRIOR_SIGMAS) + ROWS * COLUMNS, dtype=np.int64), _LENS)
 _NODES = slice(len(PRIOR_SIGMAS), len(PRIOR_SIGMAS) + ROWS * COLUMNS)
-"""By definition: behind the misalignment."""
+"""By definition: behind the misalignment, of which the last is the lens."""
 
 _PRIOR_SIGMAS = np.array([*PRIOR_SIGMAS, *[0.002] * (ROWS * COLUMNS)])  # of a node in 1/m
 
@@ -73,15 +76,21 @@ class DistortionEstimate:
             self._forget()
             self._camera = camera
 
-    def learn(self, equations: Equations) -> None:
-        """Add one registration: equations of misalignment and distortion."""
+    def learn(self, equations: Equations, radial: float = 0.0) -> None:
+        """
+        Add one registration: equations of misalignment and distortion.
+
+        :param radial: coefficient of the lens of the colour camera.
+        """
         self._equations.add(equations.information, equations.gradient)
         if self._equations.count >= self._next:
             self._next = min(math.ceil(_GROWTH * self._next), self._next + _LONGEST)
-            self._distortion = self._estimate()
+            self._distortion = self._estimate(radial)
 
-    def _estimate(self) -> DepthDistortion:
-        estimate, scatter = self._equations.solve(np.arange(_NODES.stop, dtype=np.int64))
+    def _estimate(self, radial: float) -> DepthDistortion:
+        known = np.zeros(_NODES.stop)
+        known[_LENS] = radial
+        estimate, scatter = self._equations.solve(_CHOSEN, known)
         significance = self._equations.significance(_NODES, estimate, scatter)
         required = _SIGNIFICANT * (1.0 if self._distortion.is_none else _STILL_SIGNIFICANT)
         if significance < required:

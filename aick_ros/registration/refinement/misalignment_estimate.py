@@ -69,8 +69,9 @@ _SINGLY = (_OFFSET, slice(6, 7), _COLOUR_READOUT, _DEPTH_READOUT, slice(9, 10), 
 _STILL_SIGNIFICANT = 0.5  # of both: below it an estimate is no longer applied
 
 _SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004, 0.004,
-                      0.01, 0.01, 0.01])
-"""Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms, 1 %, 0.01."""
+                      0.01, 0.01, 0.02])
+"""Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms, 1 %, 0.02: a lens
+of that much lengthens motions by 1 %, too."""
 
 _DELAY = 6  # by definition: its place among the unknowns
 _DELAY_DESIGN_EFFECT = 25.0  # of the information about the delay, for its standard deviation
@@ -176,14 +177,18 @@ class MisalignmentEstimate:
             estimate, scatter = by_all if parts == _PARTS else self._equations.solve(
                 _unknowns(parts), self._known.values)
             margins = self._margins(parts, estimate, scatter)
-            if min(margins) >= 1.0:
+            kept = tuple(part for part in parts if not _is_small(estimate, part))
+            if min(margins) < 1.0:
+                weakest = margins.index(min(margins))
+                parts = parts[:weakest] + parts[weakest + 1:]
+            elif kept != parts:
+                parts = kept  # the others may be significant beside them alone
+            else:
                 values = estimate.copy()
                 break
-            weakest = margins.index(min(margins))
-            parts = parts[:weakest] + parts[weakest + 1:]
         self._applied = parts
         for unknowns in _SINGLY:
-            if (np.abs(values[unknowns]) < _SMALLEST[unknowns]).all():
+            if _is_small(values, unknowns):
                 values[unknowns] = 0.0
         self._misalignment = Misalignment.of(self._known.values + values)
         self._delay_sigma = self._sigma_of_delay(values, *by_all)
@@ -244,6 +249,10 @@ def _covariance_of(part: slice, applied: np.ndarray, estimate: np.ndarray,
     odds = math.log(_PROBABILITY / (1.0 - _PROBABILITY)) + 0.5 * (square + contraction)
     probability = 1.0 if applied[part].any() else 0.5 + 0.5 * math.tanh(0.5 * odds)
     return probability * (covariance + np.outer(error, error))
+
+
+def _is_small(values: np.ndarray, unknowns: slice) -> bool:
+    return bool((np.abs(values[unknowns]) < _SMALLEST[unknowns]).all())
 
 
 def _unknown(part: slice) -> np.ndarray:

@@ -176,7 +176,8 @@ class Problem:
         return NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
                            bias.normalised, bias.squares, poses,
                            (keypoints.shown, depth.shown),
-                           None if target is None else self._choice.shown_by(residuals, target))
+                           None if target is None else self._choice.shown_by(residuals, target),
+                           _median_length(residuals))
 
     def _of_keypoints(self, pose: np.ndarray) -> list[Residuals]:
         width = self._settings.robust_width
@@ -191,6 +192,11 @@ class Problem:
         return [point_to_plane(
             source, target, pose, self._sensor, self._settings.robust_width, self._settings.reach,
             self._correction, self._depth_rate, every)]
+
+
+def _median_length(residuals: Residuals) -> float | None:
+    """Return the median length of residuals; None without any."""
+    return float(np.median(np.abs(residuals.values))) if len(residuals.values) else None
 
 
 def mean_depth_lag(source: PreparedFrame, target: PreparedFrame) -> float:

@@ -105,6 +105,19 @@ def learned(*samples):
     return noise
 
 
+def test_noise_is_seen_once_the_residuals_of_depth_show_it():
+    noise, none = MeasuredNoise(), MeasuredNoise()
+    for count in range(1, 41):
+        assert noise.is_seen == (count > 10)
+        noise.learn(dataclasses.replace(sample(), depth_residual=0.03))
+        none.learn(dataclasses.replace(sample(), depth_residual=0.015))
+        noise.learn(sample())  # by keypoints alone: it shows none
+    assert not none.is_seen
+    for _ in range(200):  # the camera of a simulation gets noise
+        none.learn(dataclasses.replace(sample(), depth_residual=0.03))
+    assert none.is_seen
+
+
 def test_a_new_camera_has_the_settings_and_the_bias_of_a_kinect():
     for motion in (0.0, SLOW, FAST):
         noise = MeasuredNoise().expected(motion)
