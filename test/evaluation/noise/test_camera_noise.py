@@ -46,7 +46,8 @@ def test_a_known_misalignment_is_kept_where_the_recording_shows_nothing_else():
     assert found.misalignment == settings.misalignment
     assert found.to_json()['misalignment'] == {
         'x': 0.0, 'y': 0.0, 'z': 0.0, 'rot_x': 0.0, 'rot_y': 0.01, 'rot_z': 0.0, 'delay': -0.02,
-        'colour_readout': 0.0, 'depth_readout': 0.0, 'colour_focal': 0.0, 'depth_focal': 0.0}
+        'colour_readout': 0.0, 'depth_readout': 0.0, 'colour_focal': 0.0, 'depth_focal': 0.0,
+        'colour_radial': 0.0}
     assert found.distortion.is_none
     assert not np.any(found.to_json()['distortion'])
 
