@@ -89,9 +89,10 @@ class Learned:
                                target: PreparedFrame,
                                expected: ExpectedPose | None) -> Registration:
         """Learn from the bias of a registration; return it with what no residual shows."""
-        delay = self.misalignment.misalignment.delay + mean_depth_lag(source, target)
+        misalignment = self.misalignment.misalignment
         return self.systematic_error.add_to(
-            found, source, target, expected, delay, self.misalignment.delay_sigma)
+            found, source, target, expected, misalignment.delay + mean_depth_lag(source, target),
+            self.misalignment.delay_sigma, misalignment.colour_readout)
 
     def recognized(self, found: Registration, source: PreparedFrame,
                    target: PreparedFrame) -> Registration:

@@ -31,7 +31,7 @@ POSE = se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1])
 EXPECTED = ExpectedPose(POSE, 0.2)
 MISALIGNED = with_values(Settings(), {'misalignment.delay': 0.02, 'misalignment.x': 0.01})
 UNREFINED = with_values(Settings(), {'refinement.mode': 'none'})
-DELAY_SIGMA, LEARNED_DELAY, LEARNED_RADIAL = 0.004, 0.013, -0.05
+DELAY_SIGMA, LEARNED_DELAY, LEARNED_READOUT, LEARNED_RADIAL = 0.004, 0.013, 0.02, -0.05
 LEARNED_DISTORTION = DepthDistortion(np.full((ROWS, COLUMNS), 0.001))
 EQUATIONS = Equations(np.eye(40), np.zeros(40))
 SAMPLE = MisalignmentSample(np.eye(12), np.zeros(12), EQUATIONS)
@@ -70,7 +70,7 @@ class Sensed:
         if sample is EQUATIONS and radial == LEARNED_RADIAL:
             self.distortion = LEARNED_DISTORTION
         if sample is SAMPLE:
-            self.misalignment = Misalignment(np.zeros(6), LEARNED_DELAY, 0.0, 0.0,
+            self.misalignment = Misalignment(np.zeros(6), LEARNED_DELAY, LEARNED_READOUT, 0.0,
                                              colour_radial=LEARNED_RADIAL)
             self.delay_sigma = DELAY_SIGMA
 
@@ -274,11 +274,12 @@ def test_a_registration_teaches_noise_and_misalignment_and_gets_systematic_error
     assert_given(given, steps)
     assert steps.log[1:4] == [('learn', 'a noise'), ('learn', SAMPLE), ('learn', EQUATIONS)]
     assert steps.registrar.preparer.distortion is LEARNED_DISTORTION
-    completed, (*given, delay, sigma) = steps.added()
+    completed, (*given, delay, sigma, readout) = steps.added()
     assert completed.T_target_source is steps.found.T_target_source
     assert completed.bias == 'a bias' and completed.measure is None
     assert_given(given, steps)
     assert delay == pytest.approx(LEARNED_DELAY + 0.003) and sigma == DELAY_SIGMA
+    assert readout == LEARNED_READOUT
 
 
 @pytest.mark.parametrize('which', ['source', 'target'])
@@ -341,7 +342,7 @@ def test_a_repeated_image_teaches_nothing(steps, made, case):
     if case == 'the same image':
         steps.source = dataclasses.replace(steps.source, grey=steps.target.grey.copy())
     steps.registrar.register(steps.source, steps.target, EXPECTED)
-    found, (*_, delay, sigma) = steps.added()
+    found, (*_, delay, sigma, _) = steps.added()
     assert steps.samples() == []
     assert found.bias is found.measure is None
     assert found.T_target_source is steps.found.T_target_source

@@ -293,7 +293,7 @@ def test_the_lag_of_the_depth_is_that_of_the_acquisitions(jitters):
 def test_errors_by_delays_are_those_of_all_that_is_corrected(frames, lag, delay):
     """Of the lag that the stamps show, and of the delay that they do not."""
     delays = []
-    known = SimpleNamespace(add_to=lambda found, source, target, expected, total, sigma:
+    known = SimpleNamespace(add_to=lambda found, source, target, expected, total, *_:
                             delays.append(total) or found)
     registrar = Registrar(with_values(Settings(), {'misalignment.delay': delay}),
                           learned=Learned(systematic_error=known))

@@ -69,9 +69,9 @@ _SINGLY = (_OFFSET, slice(6, 7), _COLOUR_READOUT, _DEPTH_READOUT, slice(9, 10), 
 _STILL_SIGNIFICANT = 0.5  # of both: below it an estimate is no longer applied
 
 _SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004, 0.004,
-                      0.01, 0.01, 0.02])
-"""Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms, 1 %, 0.02: a lens
-of that much lengthens motions by 1 %, too."""
+                      0.01, 0.01, 0.015])
+"""Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms, 1 %, 0.015: a lens
+of that much lengthens motions by 0.7 %."""
 
 _DELAY = 6  # by definition: its place among the unknowns
 _DELAY_DESIGN_EFFECT = 25.0  # of the information about the delay, for its standard deviation
