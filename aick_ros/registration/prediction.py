@@ -11,7 +11,11 @@ import numpy as np
 
 from aick_ros.geometry import se3
 
-_SHARE_MEASURED = 1.25  # chosen on excerpts and rendered cameras: 1 lags, 1.5 has more noise
+_CHANGE = 1.25
+"""Change of the velocity up to a frame, by that of its mean over the interval before the frame.
+
+Chosen on two excerpts of real recordings and on rendered cameras: 1.5 would be the velocity at
+constant acceleration, but has more noise, and the mean itself lags."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +41,8 @@ class Prediction:
         return cls(T_target_source, twist, elapsed)
 
     def twist_with(self, T_target_source: np.ndarray) -> np.ndarray:
-        """Return the body velocity, 6: between the last one and that to a measured pose."""
+        """Return the body velocity at a measured pose, 6."""
         deviation = se3.inverse(self.T_target_source) @ T_target_source
         measured = se3.log(se3.exp(self.twist * self.elapsed) @ deviation) / self.elapsed
-        twist: np.ndarray = self.twist + _SHARE_MEASURED * (measured - self.twist)
+        twist: np.ndarray = self.twist + _CHANGE * (measured - self.twist)
         return twist

@@ -12,13 +12,14 @@ from aick_ros.registration.prediction import Prediction
 TWIST = np.array([0.3, -0.2, 0.25, 0.5, -0.8, 0.6])  # a hand that moves fast
 
 
-def test_the_velocity_is_between_the_one_before_and_the_one_measured():
+def test_the_velocity_goes_on_beyond_the_mean_one_that_was_measured():
+    """The mean over an interval is half of it old: at its end the velocity has changed on."""
     start = se3.exp(np.array([0.1, 0.2, -0.1, 0.2, -0.1, 0.3]))
     old = TWIST + np.array([0.1, 0.0, -0.2, 0.3, 0.2, -0.1])
     prediction = Prediction(start @ se3.exp(0.04 * old), old, 0.04)
     assert prediction.twist_with(prediction.T_target_source) == pytest.approx(old)
     assert prediction.twist_with(start @ se3.exp(0.04 * TWIST)) == pytest.approx(
-        0.25 * old + 0.75 * TWIST)
+        TWIST + 0.25 * (TWIST - old))
 
 
 @pytest.mark.parametrize('pose, twist, elapsed, is_one', [
