@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Contradictions of sensors and plane to the camera, told while a recording is followed."""
+"""Contradictions of sensors and plane to the camera, reported while a recording is followed."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ def reporting_complaints(odometry: Odometry, updates: Iterable[_Update],
     """
     parts: list[Gyroscope | Gravity | Plane] = [
         odometry.gyroscope, odometry.gravity, odometry.plane]
-    told = {''}
+    reported = {''}
     for update in updates:
         for complaint in [part.complaint for part in parts]:
             reason = _NUMBER.sub('', complaint)
-            if reason not in told:
+            if reason not in reported:
                 on_complaint(complaint)
-                told.add(reason)
+                reported.add(reason)
         yield update

@@ -11,6 +11,7 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.median import median
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.found_objects import Places
 from aick_ros.registration.refinement.estimate import Estimate, joint_estimate
@@ -196,7 +197,7 @@ class Problem:
 
 def _median_length(residuals: Residuals) -> float | None:
     """Return the median length of residuals; None without any."""
-    return float(np.median(np.abs(residuals.values))) if len(residuals.values) else None
+    return median(np.abs(residuals.values)) if len(residuals.values) else None
 
 
 def mean_depth_lag(source: PreparedFrame, target: PreparedFrame) -> float:
