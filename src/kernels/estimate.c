@@ -247,9 +247,22 @@ typedef struct {
   double *pose, (*covariance)[UNKNOWNS], (*gain)[UNKNOWNS];
 } Joint;
 
-// Move a pose to the joint estimate by two equations and a prior. A share of the information is
-// added to the covariance of the gradient, and that of a bias to the one of the pose. No cost is
-// curved more than the information says, so the step is by that; noise moves the minimum by more.
+// Raise the covariance of a gradient, in the mean over the unknowns, to a share of the information
+// where it is below.
+static void raise_to(double share, const Matrix information, const Matrix inverse, Matrix noise) {
+  double shown = 0.0;
+  for (int i = 0; i < UNKNOWNS; ++i)
+    for (int j = 0; j < UNKNOWNS; ++j)
+      shown += inverse[i][j] * noise[i][j] / UNKNOWNS;
+  for (int i = 0; i < UNKNOWNS && shown < share; ++i)
+    for (int j = 0; j < UNKNOWNS; ++j)
+      noise[i][j] += (share - shown) * information[i][j];
+}
+
+// Move a pose to the joint estimate by two equations and a prior. The covariance of the gradient
+// is at least a share of the information, and that of a bias is added to the one of the pose. No
+// cost is curved more than the information says, so the step is by that; noise moves the minimum
+// by more.
 static void join(const Equations *of, const Matrix prior, double share, const Matrix bias,
                  const double *pose, Joint *to) {
   Matrix information, curved, scatter, with_prior, inverse, moved, gains = {{0.0}};
@@ -262,12 +275,12 @@ static void join(const Equations *of, const Matrix prior, double share, const Ma
                      of[1].curvature * of[1].information[i][j] + prior[i][j];
   set_inverse(curved, moved);
   add(of[0].noise, of[1].noise, scatter);
+  raise_to(share, information, inverse, scatter);
   add(scatter, prior, scatter);
   double step[UNKNOWNS] = {0.0};
   for (int i = 0; i < UNKNOWNS; ++i) {
     for (int j = 0; j < UNKNOWNS; ++j) {
       step[i] -= inverse[i][j] * (of[0].gradient[j] + of[1].gradient[j]);
-      scatter[i][j] += share * information[i][j];
       to->covariance[i][j] = bias[i][j];
       to->gain[i][j] = 0.0;
     }
