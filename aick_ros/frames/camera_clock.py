@@ -63,6 +63,11 @@ class CameraClock:
         return jitter if self._is_locked else max(jitter, scatter(self._last))
 
     @property
+    def correction(self) -> float:
+        """Correction of the last stamp to the acquisition time [s]; zero without lock."""
+        return self._phase if self._is_locked else 0.0
+
+    @property
     def _is_locked(self) -> bool:
         return self._count >= _MIN_LOCK_COUNT
 
@@ -88,7 +93,7 @@ class CameraClock:
         if self._period == 0.0:
             self._period = interval
         self._update(interval)
-        return self._phase if self._is_locked else 0.0
+        return self.correction
 
     def _restart(self, period: float) -> None:
         self._phase, self._period, self._count, self._outliers = 0.0, period, 1, 0.0

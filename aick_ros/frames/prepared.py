@@ -34,6 +34,8 @@ class PreparedFrame:
     :param depth_lag: time from the colour image to the depth image [s].
     :param stamp_jitter: standard deviation of the recent stamps about a constant rate [s]; None
         where there were too few to show any.
+    :param clock_correction: of the stamp to the acquisition time, by their rate [s]; zero where
+        that is not known.
     :param repeat: images that are those of the frame before.
     :param twist: body velocity (vx, vy, vz, wx, wy, wz) of the camera [m/s, rad/s]; None where
         unknown.
@@ -54,6 +56,7 @@ class PreparedFrame:
     is_tracked: bool = False
     distortion: DepthDistortion = NO_DISTORTION
     settings: PreparationSettings | None = None
+    clock_correction: float = 0.0
 
     @cached_property
     def scene_depth(self) -> float:

@@ -16,6 +16,7 @@ from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.increment_bias import IncrementBias
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Reference, References
+from aick_ros.odometry.velocity_change import VelocityChange
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.result import Registration
 from aick_ros.registration.systematic_error import (
@@ -33,15 +34,16 @@ class Increments:
 
     :param misalignment: of the camera; what is not known of it is an error of each motion.
     :param bias: of increments of the camera; each one adds to what is known of it.
+    :param change: of the velocity of the camera; each increment adds to what is known of it.
     :param scale_sigma: standard deviation of the scale error of depth, as a share of it.
     """
 
     def __init__(self, expected: ExpectedMotion, motion_model: MotionModel,
                  misalignment: MisalignmentEstimate, bias: IncrementBias,
-                 scale_sigma: float) -> None:
+                 change: VelocityChange, scale_sigma: float) -> None:
         self._expected, self._motion_model = expected, motion_model
         self._scale_sigma = scale_sigma
-        self._misalignment, self._bias = misalignment, bias
+        self._misalignment, self._bias, self._change = misalignment, bias, change
 
     def of(self, prepared: PreparedFrame, attempt: Attempt, references: References,
            twist: np.ndarray | None) -> Increment:
@@ -72,9 +74,9 @@ class Increments:
         optics = errors_of_optics(motion.matrix, self._misalignment.optics_covariance, gain,
                                   prepared.frame.camera)
         increment = Increment(motion, seconds(last.stamp, prepared.stamp))
-        change = (self._motion_model.change_unseen(increment) if twist is None
-                  else increment.twist - twist)
-        timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change,
+        changes = (self._motion_model.changes_unseen(increment) if twist is None
+                   else self._change.squares(increment, last.prepared, prepared, twist))
+        timing = errors_of_stamps(motion.matrix, prepared, last.prepared, changes,
                                   float(self._misalignment.readout_covariance[0, 0]),
                                   unknown_jitter=MAX_SCATTER)
         return self._with_scale(Increment(

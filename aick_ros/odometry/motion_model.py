@@ -79,20 +79,19 @@ class MotionModel:
         turn_rate = min(per_acceleration * self._angular_acceleration_sigma, self._max_turn_rate)
         return along_all_axes(speed ** 2, turn_rate ** 2)
 
-    def change_unseen(self, increment: Increment) -> np.ndarray:
+    def changes_unseen(self, increment: Increment) -> np.ndarray:
         """
-        Return by how much the velocity may have changed before the first increment, 6.
+        Return the squares of the change of the velocity before the first increment, 2.
 
-        That is by an acceleration since the time of an increment, but by no more than to the
-        velocity from rest [m/s, rad/s].
+        They are of translation and rotation [m^2/s^2, rad^2/s^2]. The change is that by an
+        acceleration since the time of an increment, but no more than to the velocity from rest.
         """
         twist, elapsed = increment.twist, abs(increment.interval)
         limits = elapsed * math.sqrt(3) * np.array([  # of the lengths of three components
             self._acceleration_sigma, self._angular_acceleration_sigma])
         lengths = np.array([math.hypot(*twist[:3]), math.hypot(*twist[3:])])
-        shares = np.minimum(limits, lengths) / np.maximum(lengths, np.finfo(float).tiny)
-        change: np.ndarray = np.repeat(shares, 3) * twist
-        return change
+        squares: np.ndarray = np.minimum(limits, lengths) ** 2
+        return squares
 
     def time_to_rest(self, twist: np.ndarray | None) -> float:
         """

@@ -40,6 +40,7 @@ from aick_ros.odometry.repeated_images import RepeatedImages, repeated
 from aick_ros.odometry.tracking import Tracking
 from aick_ros.odometry.update import OdometryUpdate
 from aick_ros.odometry.velocity import Velocity
+from aick_ros.odometry.velocity_change import VelocityChange
 from aick_ros.registration.depth_alone import shows_enough
 from aick_ros.registration.learned import Learned
 from aick_ros.registration.preparation import Preparation
@@ -84,7 +85,7 @@ class Odometry:
         self._detector = detector
         self._times = StageTimes()
         self._learned = Learned()
-        self._increment_bias = IncrementBias()
+        self._increment_bias, self._velocity_change = IncrementBias(), VelocityChange()
         self._gyroscope = Gyroscope(settings.imu, settings.odometry)
         self._other = OtherOdometry(settings.odometry)
         self._path = Path(settings, self._gyroscope.rotation)
@@ -119,6 +120,7 @@ class Odometry:
         self._attempts = Attempts(settings, registrar, self._expected)
         self._increments = Increments(self._expected, self._motion_model,
                                       self._learned.misalignment, self._increment_bias,
+                                      self._velocity_change,
                                       settings.sensor.depth_scale_sigma)
         self._repeated = RepeatedImages(self._motion_model, self._expected, self._other,
                                         self._learned.noise)

@@ -140,7 +140,8 @@ class Registrar:
         return PreparedFrame(frame, keypoints, frame.grey, surface, self._learned.depth_lag(frame),
                              self._learned.colour_clock.jitter, repeat,
                              distortion=preparation.distortion,
-                             settings=self._preparer.settings)
+                             settings=self._preparer.settings,
+                             clock_correction=self._learned.colour_clock.correction)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: ExpectedPose | None = None,

@@ -38,11 +38,12 @@ _STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER = 0.005, 3.3
 Measured on a Kinect: about 5 ms, where stamps jitter by 1.2 to 3.3 ms. It is never below the
 jitter, and stamps that do not jitter have no error."""
 
-_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER = 0.02, 20.0
+_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER = 0.022, 22.0
 """Standard deviation of the common delay of all stamps [s], and its bound by the jitter.
 
-Measured on a Kinect: 15 to 25 ms, where stamps jitter by 1.2 to 3.3 ms. All of it counts from a
-jitter of 1 ms on; chosen, below the smallest one measured."""
+Derived: the root mean square of delays from 5 to 35 ms. Measured on a Kinect: 15 to 25 ms, where
+stamps jitter by 1.2 to 3.3 ms. All of it counts from a jitter of 1 ms on; chosen, below the
+smallest one measured."""
 
 _ROW_VARIANCE = 1 / 12  # derived: of the times of rows, evenly from the first to the last
 
@@ -82,7 +83,7 @@ class SystematicError:
             # a velocity is no older than the frame that it was measured at
             change = se3.difference(motion, expected.at_constant_velocity) / min(
                 expected.elapsed, abs(interval))
-        timing = errors_of_stamps(motion, source, target, change)
+        timing = errors_of_stamps(motion, source, target, np.square(change).reshape(2, 3).sum(1))
         # an error of the delay shifts the motion by this change, and in no other direction; so
         # does a velocity that lags
         along_change = np.outer(change, change)
@@ -132,13 +133,14 @@ def _errors_of_shutter(change: np.ndarray, readout: float, frame: PreparedFrame)
 
 
 def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: PreparedFrame,
-                     change: np.ndarray, readout_variance: float = 0.0,
+                     changes: np.ndarray, readout_variance: float = 0.0,
                      unknown_jitter: float = 0.0) -> np.ndarray:
     """
     Return the covariance that errors of two stamps add to a motion, 6x6.
 
     :param motion: ``T_target_source`` as the images show it, 4x4.
-    :param change: of the velocity since it was measured [m/s, rad/s].
+    :param changes: squares of the change of the velocity since it was measured, of translation
+        and rotation, 2 [m^2/s^2, rad^2/s^2].
     :param readout_variance: of the time that a rolling shutter takes [s^2]. What is not corrected
         of it is an error of the time of each row.
     :param unknown_jitter: where there were too few stamps to show any [s].
@@ -148,7 +150,7 @@ def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: Prepared
     latency_variance = _latency_sigma(jitter) ** 2 + _ROW_VARIANCE * readout_variance
     covariance = np.empty((6, 6))
     kernels.stamp_errors(
-        motion, source.twist, target.twist, change, seconds(target.stamp, source.stamp),
+        motion, source.twist, target.twist, changes, seconds(target.stamp, source.stamp),
         stamp_sigma(jitter) ** 2, latency_variance / 3, covariance)
     return covariance
 

@@ -10,7 +10,7 @@
 #include "se3.h"
 #include "vectors.h"
 
-enum { UNKNOWNS = 6, FRAMES = 2 };
+enum { UNKNOWNS = 6, FRAMES = 2, PARTS = 2 };
 
 // By how much a motion differs if its source, or its target, is taken later. Signs do not matter:
 // errors of two stamps are independent. Twists are those of the bodies of the two frames; where
@@ -44,17 +44,17 @@ static void find_rates(const double *motion, const double *source, const double 
 }
 
 PyObject *kernel_stamp_errors(PyObject *module, PyObject *arguments) {
-  PyObject *motion_array, *source_array, *target_array, *change_array, *covariance_array;
+  PyObject *motion_array, *source_array, *target_array, *changes_array, *covariance_array;
   double interval, stamp_variance, latency_variance;
   if (!PyArg_ParseTuple(arguments, "OOOOdddO", &motion_array, &source_array, &target_array,
-                        &change_array, &interval, &stamp_variance, &latency_variance,
+                        &changes_array, &interval, &stamp_variance, &latency_variance,
                         &covariance_array))
     return NULL;
   const Argument needed[] = {
       {"the motion", motion_array, 'd', 16, false},
       {"the twist of the source", source_array, 'd', UNKNOWNS, false, true},
       {"the twist of the target", target_array, 'd', UNKNOWNS, false, true},
-      {"the change", change_array, 'd', UNKNOWNS, false},
+      {"the squares of the changes", changes_array, 'd', PARTS, false},
       {"the covariance", covariance_array, 'd', UNKNOWNS * UNKNOWNS, true},
   };
   Arrays arrays;
@@ -62,13 +62,12 @@ PyObject *kernel_stamp_errors(PyObject *module, PyObject *arguments) {
     return NULL;
   double rates[FRAMES][UNKNOWNS];
   find_rates(arrays.views[0].buf, arrays.views[1].buf, arrays.views[2].buf, interval, rates);
-  const double *change = arrays.views[3].buf;
+  const double *squares = arrays.views[3].buf;
   double(*covariance)[UNKNOWNS] = arrays.views[4].buf;
-  const double squares[] = {dot(change, change), dot(change + 3, change + 3)};
   for (int i = 0; i < UNKNOWNS; ++i)
     for (int j = 0; j < UNKNOWNS; ++j)
       covariance[i][j] = stamp_variance * (rates[0][i] * rates[0][j] + rates[1][i] * rates[1][j]) +
-                         (i == j ? latency_variance * squares[i / 3] : 0.0);
+                         (i == j ? latency_variance * squares[PARTS * i / UNKNOWNS] : 0.0);
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }

@@ -72,8 +72,8 @@ class Parts:
     """The motion expected without images."""
     observed = np.array([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
     """The twist that depth alone shows."""
-    unseen = np.zeros(6)
-    """By how much the velocity may have changed before it was measured."""
+    unseen, changes = np.zeros(2), np.array([0.03, 0.08])
+    """Squares of what the velocity may have changed by before it was measured, and since."""
     start = any_pose()
     """The level pose of the first frame."""
     time_to_rest = 0.25
@@ -94,7 +94,8 @@ class Parts:
                 increment.pose @ self.with_terms, increment.interval),
             ('MotionModel', 'time_to_rest'): self.time_to_rest,
             ('MotionModel', 'observed_twist'): self.observed,
-            ('MotionModel', 'change_unseen'): lambda increment: self.unseen,
+            ('MotionModel', 'changes_unseen'): lambda increment: self.unseen,
+            ('VelocityChange', 'squares'): lambda *_: self.changes,
             ('OtherOdometry', 'motion'): lambda start, end: self.by_wheels,
             ('Attempts', 'of'): lambda prepared, references, *_: [
                 attempt(prepared, references) for attempt in self.attempts],
@@ -203,7 +204,7 @@ def parts(monkeypatch, calibrated):
     parts = Parts()
     for module, names in {
             'odometry': ('Registrar', 'Gyroscope', 'Accelerometer', 'OtherOdometry', 'MotionModel',
-                         'ExpectedMotion', 'Attempts', 'KeyframeChoice'),
+                         'ExpectedMotion', 'Attempts', 'KeyframeChoice', 'VelocityChange'),
             'path': ('Gravity', 'Plane', 'PositionFilter', 'KeyframeMemory')}.items():
         for name in names:
             monkeypatch.setattr(f'aick_ros.odometry.{module}.{name}',

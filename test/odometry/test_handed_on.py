@@ -303,7 +303,7 @@ def test_an_increment_is_since_the_last_frame_with_the_terms_of_sensors(
 def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_to, monkeypatch,
                                                        readout):
     """
-    Of 5 ms each along the motion, and of 20 ms in common by what the velocity changes.
+    Of 5 ms each along the motion, and of 22 ms in common by what the velocity changes.
 
     Times of rows by a shutter of an unknown readout are even over it: of a twelfth of its square.
     """
@@ -311,21 +311,23 @@ def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_t
     monkeypatch.setattr(MisalignmentEstimate, 'readout_covariance', np.array([[readout ** 2]]))
     tracked(attempt_to(), attempt_to())
     last = parts.asked('KeyframeChoice', 'advance')[0][1]
-    (before, *_), (seen, *_) = parts.asked('ExpectedMotion', 'fused_increment')
-    twist = Increment(before.pose @ parts.with_terms, before.interval).twist
+    (before, *_), (seen, _, stamp) = parts.asked('ExpectedMotion', 'fused_increment')
+    (shown, start, end, twist), = parts.asked('VelocityChange', 'squares')
+    assert (start, end.stamp, shown.interval) == (last.prepared, stamp, seen.interval)
+    np.testing.assert_allclose(
+        twist, Increment(before.pose @ parts.with_terms, before.interval).twist)
     of_images = last.motion_to(parts.attempt.seen)[0].covariance
     velocity = se3.difference(seen.pose.matrix, np.eye(4)) / seen.interval
-    changes = np.square(seen.twist - twist).reshape(2, 3).sum(1)
     np.testing.assert_allclose(
         seen.pose.covariance - of_images,
         2 * 0.005 ** 2 * np.outer(velocity, velocity)
-        + (0.02 ** 2 + readout ** 2 / 12) / 3 * np.diag(changes.repeat(3)), atol=1e-12)
+        + (0.022 ** 2 + readout ** 2 / 12) / 3 * np.diag(parts.changes.repeat(3)), atol=1e-12)
 
 
 def test_the_first_increment_has_the_errors_of_stamps_that_may_jitter(
         parts, tracked, attempt_to):
     """Two stamps show none, and one increment no change of the velocity."""
-    parts.stamp_jitter, parts.unseen = None, np.array([0.03, 0.0, 0.0, 0.0, 0.06, 0.0])
+    parts.stamp_jitter, parts.unseen = None, np.square([0.03, 0.06])
     tracked(attempt_to())
     last = parts.asked('KeyframeChoice', 'advance')[0][0].keyframe
     (seen, *_), = parts.asked('ExpectedMotion', 'fused_increment')
@@ -333,7 +335,7 @@ def test_the_first_increment_has_the_errors_of_stamps_that_may_jitter(
     np.testing.assert_allclose(
         seen.pose.covariance - last.motion_to(parts.attempt.seen)[0].covariance,
         2 * 0.005 ** 2 * np.outer(velocity, velocity)
-        + 0.02 ** 2 / 3 * np.diag(np.repeat([0.03 ** 2, 0.06 ** 2], 3)), atol=1e-12)
+        + 0.022 ** 2 / 3 * np.diag(np.repeat([0.03 ** 2, 0.06 ** 2], 3)), atol=1e-12)
 
 
 @pytest.mark.parametrize('evidence, shown, gain', [

@@ -94,7 +94,7 @@ shrink B:h,v B>h,v
 smooth_cells f:c,3 f:h,v f:c d:2 %f %f %f %f %f ?>c
 solve_definite d:n,n d>n,k %k
 spread d:n,2 %f q>k
-stamp_errors d:4,4 d:6 d:6 d:6 %f %f %f d>6,6
+stamp_errors d:4,4 d:6 d:6 d:2 %f %f %f d>6,6
 to_quaternion d:3,3 d>4
 track_depth d:n,3 d:n,2 d:n d:4,4 d:2 d:3 d>n d>n,6 d>n q>n
 track_steps d:n,3 d:n,2 d:n d:n d:4,4 %f d:2 d:k d:3 d:3 d:2 %f d:6,6 d:6 d>6 d>4,4

@@ -15,7 +15,7 @@ from aick_ros.registration.refinement.mean_scatter import SHARE
 from aick_ros.registration.refinement.residuals import PRIOR, NormalEquations, Residuals, curvature
 
 _SMALLEST_FACTOR = 0.01
-"""Variance that is added, as a ratio to that by the sensor's noise: a tenth of its sigma, chosen.
+"""Least variance, as a ratio to that by the sensor's noise: a tenth of its sigma, chosen.
 
 Residuals that vanish, as those of an image that is repeated, are no measurement without an error.
 """
@@ -77,7 +77,8 @@ def joint_estimate(keypoints: Estimate, depth: Estimate, pose: np.ndarray,
     Return the pose by both sensors, its covariance, and by how much it follows depth.
 
     The covariance is A^-1 B A^-1 and that of the bias. A is the curvature of the robust cost, B
-    the covariance of the gradient by the scatter that each sensor has about its own optimum; the
+    the covariance of the gradient by the scatter that each sensor has about its own optimum, in
+    the mean over the unknowns no less than a small share of the information; the
     prior is part of both, once.
 
     :param pose: 4x4, about which both are estimated.

@@ -23,6 +23,11 @@ def residuals(seed, count=60):
                      rng.uniform(0.1, 1.0, count), rng.integers(0, 20, count))
 
 
+def scaled(kind, factor):
+    """Return residuals with values that are larger by a factor."""
+    return dataclasses.replace(kind, values=factor * kind.values)
+
+
 def sums(kinds):
     """Return information and gradient of some residuals."""
     return (sum(((kind.jacobian.T * kind.weights) @ kind.jacobian for kind in kinds), NO_BIAS),
@@ -120,16 +125,22 @@ def test_residuals_have_a_row_for_each_value(name, at, other):
         Estimate.of(kinds, 1.0, NO_BIAS)
 
 
+@pytest.mark.parametrize('scale, added', [(1.0, 0.0), (0.0, 0.01)])
 @pytest.mark.parametrize('kinds', [1, 2])
-def test_the_joint_estimate_is_that_of_the_sums_with_the_prior_once(kinds):
-    """Also of one sensor, where the other one has no residuals."""
+def test_the_joint_estimate_is_that_of_the_sums_with_the_prior_once(kinds, scale, added):
+    """
+    Also of one sensor, where the other one has no residuals.
+
+    Residuals that vanish are no measurement without an error.
+    """
     rng = np.random.default_rng(9)
     pose, root = se3.exp(rng.normal(size=6)), rng.normal(size=(6, 6))
-    ones = [Estimate.of([residuals(seed)][:seed <= kinds], weight, 0.01 * np.diag(rng.uniform(
-        size=6))) for seed, weight in ((1, 0.3), (2, 1.0))]
+    ones = [Estimate.of([scaled(residuals(seed), scale)][:seed <= kinds], weight,
+                        0.01 * np.diag(rng.uniform(size=6)))
+            for seed, weight in ((1, 0.3), (2, 1.0))]
     information = sum(one.marginal.information for one in ones)
     inverse = np.linalg.inv(information + PRIOR)
-    scatter = sum(one.scatter for one in ones) + 0.01 * information + PRIOR
+    scatter = sum(one.scatter for one in ones) + added * information + PRIOR
     found, covariance, gain = joint_estimate(*ones, pose, root @ root.T)
     np.testing.assert_allclose(found, se3.perturbed(pose, -inverse @ sum(
         one.marginal.gradient for one in ones)), atol=1e-12)
@@ -138,6 +149,23 @@ def test_the_joint_estimate_is_that_of_the_sums_with_the_prior_once(kinds):
                                rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(gain, inverse @ ones[1].marginal.information, rtol=1e-9,
                                atol=1e-12)
+
+
+def test_small_scatter_is_raised_to_a_share_of_the_information_and_no_more():
+    """In the mean over the unknowns; scatter that is larger is left as it is."""
+    effects = []
+    for scale in (0.05, 0.09, 0.3):
+        ones = [Estimate.of([scaled(residuals(seed), scale)], 1.0, NO_BIAS) for seed in (1, 2)]
+        information = sum(one.marginal.information for one in ones)
+        flat = [dataclasses.replace(one, curvature=1.0) for one in ones]
+        _, covariance, _ = joint_estimate(*flat, np.eye(4), NO_BIAS)
+        shown = sum(one.scatter for one in ones)
+        effects.append([np.trace(each) / 6 for each in (
+            np.linalg.solve(information + PRIOR, shown),
+            (information + PRIOR) @ covariance - np.linalg.inv(information + PRIOR) @ PRIOR)])
+    effects = np.array(effects)
+    assert effects[0, 0] < 0.01 < effects[2, 0]
+    np.testing.assert_allclose(effects[:, 1], np.maximum(effects[:, 0], 0.01), rtol=0.02)
 
 
 def test_what_is_joined_are_equations_of_a_pose():

@@ -209,7 +209,8 @@ def test_the_pose_is_that_of_all_informations_with_the_biases_marginalised(tell)
     np.testing.assert_allclose(refined.T_target_source,
                                se3.perturbed(POSE, -inverse @ pull), atol=1e-12)
     spread = np.linalg.inv(curved + PRIOR)
-    covariance = spread @ (scatter + 0.01 * total + PRIOR) @ spread + noise.bias
+    least = max(0.01 - np.trace(inverse @ scatter) / 6, 0.0) * total
+    covariance = spread @ (scatter + least + PRIOR) @ spread + noise.bias
     np.testing.assert_allclose(refined.covariance, covariance, rtol=1e-8,
                                atol=1e-10 * np.abs(covariance).max())
     assert refined.systematic is noise.bias
