@@ -97,6 +97,17 @@ CHANGES: dict[str, Change] = {
     'depth 3 % too long': with_depth(lambda depth, rng: 1.03 * depth),
     'a gripper in view': with_gripper}
 
+WITHOUT_DEPTH = {'no depth for half a second': slice(40, 55),
+                 'no depth in every second frame': slice(1, None, 2)}
+
+
+def without_depth(frames: Sequence[RgbdFrame], missing: slice) -> list[RgbdFrame]:
+    """Return the frames, some of them without depth."""
+    found = list(frames)
+    for i in range(*missing.indices(len(found))):
+        found[i] = dataclasses.replace(found[i], depth=np.full_like(found[i].depth, np.nan))
+    return found
+
 
 def row(camera: str, name: str, runs: Sequence[Sequence[RgbdFrame]], truth: Trajectory) -> str:
     """Return the row of some runs over a camera's frames, the errors in the mean of the runs."""
@@ -115,6 +126,8 @@ def rows(camera: str, count: int) -> Iterator[str]:
     for name, change in CHANGES.items():
         rng = np.random.default_rng(7)
         yield row(camera, name, [[change(frame, rng) for frame in frames]], truth)
+    for name, missing in WITHOUT_DEPTH.items():
+        yield row(camera, name, [without_depth(frames, missing)], truth)
     for every, name in ((1, 'other starts'), (2, 'half the rate'), (3, 'a third of the rate')):
         fewer = frames[::every]
         yield row(camera, name, [fewer[start:start + SHORT] for start in range(

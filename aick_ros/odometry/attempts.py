@@ -36,6 +36,10 @@ _SHARE_RECOGNISED = 0.12
 Chosen on eight rendered rooms: of pairs of views of two rooms, which have furniture alike, 0.3 %
 are registered instead of 4.5 %, of those that overlap 97 % as before."""
 
+_SHARE_WITH_DEPTH = 0.5
+"""Keypoints of a frame, by those sought of its keyframe, below which its depth is missing. Chosen:
+half of those that must be tracked are in view of a keyframe that serves on."""
+
 _STAMPS = math.sqrt(6.0)
 """Errors of stamps in a motion that is expected, by that of one. Derived, at a constant rate: the
 velocity has those of two stamps, and of both intervals the middle one counts twice."""
@@ -77,8 +81,9 @@ class Attempts:
     def of(self, prepared: PreparedFrame, references: References, velocity: Velocity,
            views: KnownViews, tracked: np.ndarray | None = None) -> Iterator[Attempt]:
         """
-        Yield registrations of a frame, until one is accepted: by keypoints, then by depth alone.
+        Yield registrations of a frame, until one is accepted.
 
+        They are by keypoints, then by colour alone where depth is missing, then by depth alone.
         Depth comes before poses that no track confirms, as of a sharp image in a blurred one.
 
         :param views: what is known beside a reference, where the frame is expected in it.
@@ -93,6 +98,7 @@ class Attempts:
                     doubtful.append(attempt)
                 else:
                     yield attempt
+            yield from self._by_colour(prepared, references, expected)
         last = references.last.stamp
         if motion is None and self._is_near_by_depth(prepared, seconds(last, prepared.stamp)):
             motion = self._expected.between(last, prepared.stamp, None)
@@ -150,6 +156,16 @@ class Attempts:
                 expected and expected.seen_from(_from(reference, references.last)),
                 tracked if reference is references.keyframe else None))
             yield attempt if expected is not None else self._recognised(attempt, prepared)
+
+    def _by_colour(self, prepared: PreparedFrame, references: References,
+                   expected: ExpectedPose | None) -> Iterator[Attempt]:
+        """Yield the registration of a frame without enough depth to the keyframe, if any."""
+        keyframe = references.keyframe
+        sought = self._refinement.sought(len(keyframe.prepared.keypoints))
+        if expected is not None and len(prepared.keypoints) < _SHARE_WITH_DEPTH * sought:
+            yield self._checked(prepared, keyframe, self._registrar.register_colour(
+                prepared, keyframe.prepared,
+                expected.seen_from(_from(keyframe, references.last))))
 
     def _is_near_by_depth(self, prepared: PreparedFrame, elapsed: float) -> bool:
         """
@@ -257,6 +273,7 @@ def _is_certain(covariance: np.ndarray) -> bool:
 def _is_doubtful(attempt: Attempt, prepared: PreparedFrame) -> bool:
     """Return whether no track confirms a pose, though depth may know better."""
     return (attempt.status.ok and attempt.registration.tracks is None
+            and not attempt.registration.is_by_colour
             and prepared.surface is not None
             and prepared.grey.shape == attempt.reference.prepared.grey.shape)
 

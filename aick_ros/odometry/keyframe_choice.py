@@ -87,6 +87,8 @@ class KeyframeChoice:
         :param keyframe: prepared as the frame is.
         :param seen: the registration of the frame to it by the images alone.
         """
+        if seen.is_by_colour:  # it has too little depth
+            return True
         count = len((keyframe if prepared.is_tracked else prepared).keypoints)
         if (prepared.repeat is not Repeat.NONE or rule(prepared, seen, count, 0)
                 or prepared.is_blurred_beside(keyframe)):

@@ -352,7 +352,8 @@ class Odometry:
         recovered, self._is_lost = self._is_lost, False
         prepared = self._with_velocity(prepared, attempt, increment)
         last = Reference(prepared, self._path.fused(reference.pose @ registration.image_pose),
-                         in_keyframe=attempt.seen.unbiased_pose, bias=attempt.seen.bias)
+                         in_keyframe=attempt.seen.unbiased_pose, bias=attempt.seen.bias,
+                         is_by_colour=attempt.seen.is_by_colour)
         effort = self._effort_for(prepared, attempt, references)
         interval = seconds(references.last.stamp, prepared.stamp)
         detour = np.zeros((6, 6))

@@ -24,6 +24,10 @@ _EARLIER_SPACING = 0.3  # s; chosen likewise
 
 _OWN_NOISE = 0.5  # derived: share of the variance of a registration that is not the keyframe's
 
+_OWN_NOISE_OF_COLOUR = 0.15
+"""The same by colour alone: most is of the depth of the keyframe. Chosen; 0.06 to 0.15 on four
+kinds of rendered cameras and two excerpts of real recordings."""
+
 _LONGEST_BLUR = 5.0  # s; chosen: what stays blurred for longer is how the camera sees
 
 _EARLIER_DEPTH_REFERENCES = 4  # chosen: those of one time without keypoints that are remembered
@@ -56,6 +60,7 @@ class Reference:
         of all but biases; None: the frame is a keyframe itself. By depth alone, the pose in the
         frame whose depth it was registered to.
     :param bias: between keypoints and depth, of that registration; None where it has none.
+    :param is_by_colour: whether that registration is by colour alone.
     :param loss: of a frame that was lost, what was known before: what is registered to that frame
         may follow something that moves in front of the camera, or depth that is wrong in both;
         None for other frames.
@@ -66,6 +71,7 @@ class Reference:
     in_keyframe: PoseWithCovariance | None = None
     bias: SensorBias | None = None
     loss: Loss | None = None
+    is_by_colour: bool = False
 
     @property
     def stamp(self) -> int:
@@ -85,6 +91,8 @@ class Reference:
         cancels. The bias that both have in common is not in the difference of their biases either.
         From the keyframe itself one registration shows the bias, so that an unusual one counts.
         By depth alone all of it is depth's, and what changes of it is in proportion to the motion.
+        By colour alone none is depth's: two frames have it in common, and the noise of the depth
+        of the keyframe; between such a frame and another one all of it counts.
 
         :param registration: of the other frame, ``T_keyframe_camera``.
         :returns: ``T_camera0_camera1``, with the covariance of all but the bias and errors of
@@ -96,11 +104,16 @@ class Reference:
             return (registration.varying_pose if is_bias_known
                     else registration.image_pose), registration.bias
         motion = registration.unbiased_pose.relative_to(self.in_keyframe)
+        own, systematic = _OWN_NOISE, np.zeros((6, 6))
+        if registration.is_by_colour and self.is_by_colour:
+            own = _OWN_NOISE_OF_COLOUR
+        elif registration.is_by_colour or self.is_by_colour:
+            systematic = registration.systematic
         bias = None
         if self.bias is not None and registration.bias is not None:
             arm = registration.T_target_source[:3, 3] - self.in_keyframe.translation
             bias = registration.bias.since(self.bias, arm, _OWN_NOISE, self.in_keyframe.rotation)
-        return motion.with_covariance(_OWN_NOISE * motion.covariance), bias
+        return motion.with_covariance(own * motion.covariance + systematic), bias
 
 
 class References:

@@ -197,6 +197,23 @@ class Registrar:
             source, found = self._tracked_keypoints.register(source, target, expected)
         return source, self._taught_by(found, source, target, expected)
 
+    def register_colour(self, source: PreparedFrame, target: PreparedFrame,
+                        expected: ExpectedPose) -> Registration:
+        """
+        Return the pose of the source in the target by its colour image alone.
+
+        The depth of the target places its keypoints. It fails without a refinement; parameters as
+        for :meth:`register`.
+        """
+        _require_frames(source, target)
+        expected = required(expected, ExpectedPose, 'the pose expected').checked()
+        if self._tracked_keypoints is None:
+            return failed(Status.TOO_FEW_MATCHES, 'no refinement')
+        target = self._alike(target, source)
+        with self._times.stage('refinement'):
+            found = self._tracked_keypoints.register_without_depth(source, target, expected)
+        return self._taught_by(found, source, target, expected)
+
     def contradicts(self, source: PreparedFrame, target: PreparedFrame,
                     T_target_source: np.ndarray) -> bool:
         """

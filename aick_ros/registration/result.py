@@ -120,6 +120,7 @@ class Evidence(Enum):
     KEYPOINTS = 'keypoints that agree with the pose'
     DEPTH = 'depth and brightness of most of the view, whatever the number of keypoints'
     DEPTH_ALONE = 'depth, and the motion expected where the scene has no shape'
+    COLOUR_ALONE = 'keypoints of the target that the source sees, whatever its depth'
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +177,11 @@ class Registration:
     def is_by_depth(self) -> bool:
         """Depth alone gave the pose."""
         return self.evidence is Evidence.DEPTH_ALONE
+
+    @property
+    def is_by_colour(self) -> bool:
+        """Colour alone gave the pose, with the depth of the target."""
+        return self.evidence is Evidence.COLOUR_ALONE
 
     @cached_property
     def pose(self) -> PoseWithCovariance:

@@ -8,6 +8,9 @@ The source has no keypoints of its own: those of the target are sought where the
 puts them. So nothing but the motion model says that the place is the right one. Where too few are
 found, or where they contradict the expected motion, the registration fails, and AICK decides, or
 keypoints of the source itself where AICK finds no pose.
+
+A source whose depth is missing is registered in the same way: the depth of the target places the
+keypoints, as in a perspective n-point problem.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.refinement.refined import CONTRADICTION, Refined
 from aick_ros.registration.refinement.refinement import Refinement
-from aick_ros.registration.result import Registration, failed
+from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.status import Status
 from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.registration.unexpected_motion import is_continued, sudden_accelerations
@@ -70,6 +73,32 @@ class TrackedKeypoints:
         self._refinement.remember_objects(
             source, target, refined.T_target_source, refined.tracked, refined.fit)
         return source, _registration(refined, reason)
+
+    def register_without_depth(self, source: PreparedFrame, target: PreparedFrame,
+                               expected: ExpectedPose) -> Registration:
+        """
+        Return the pose in the target of a source that needs no depth.
+
+        AICK cannot confirm it, so that too few keypoints are no pose. Parameters as for
+        :meth:`register`.
+        """
+        if source.grey.shape != target.grey.shape:
+            return failed(Status.TOO_FEW_MATCHES, 'the images differ in size')
+        refined = self._refinement.refine_without_depth(source, target, expected.T_target_source)
+        count, sought = len(refined.tracked), self._settings.sought(len(target.keypoints))
+        reason = f'by colour alone, {count} keypoints tracked from the keyframe'
+        if count < max(FEWEST_TO_CONFIRM, SHARE_TRACKED * sought):
+            return failed(Status.TOO_FEW_MATCHES, f'{reason}, of {sought}')
+        if refined.is_contradicted:
+            return failed(Status.TOO_FEW_MATCHES, CONTRADICTION)
+        if not is_continued(refined.T_target_source, expected, self._sudden):
+            return failed(Status.TOO_FEW_MATCHES, f'{reason} show a sudden motion')
+        if refined.fit is not None and refined.fit.is_of_known_objects:
+            return failed(Status.TOO_FEW_MATCHES, f'{reason} are on what has moved before')
+        return Registration(
+            Status.OK, reason, refined.T_target_source, refined.covariance,
+            np.empty((0, 2), np.intp), 0, support=count, evidence=Evidence.COLOUR_ALONE,
+            systematic=refined.systematic)
 
 
 def _rough(refined: Refined, reason: str) -> Registration:

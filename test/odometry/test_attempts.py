@@ -68,6 +68,10 @@ class Registrar:
         self.by_depth.append((expected, unobserved))
         return dataclasses.replace(FOUND, evidence=Evidence.DEPTH_ALONE)
 
+    def register_colour(self, source, target, expected):
+        self.by_keypoints.append(expected)
+        return dataclasses.replace(FOUND, evidence=Evidence.COLOUR_ALONE)
+
 
 def view(seconds, **values):
     return View(round(seconds * NANOSECONDS), **values)
@@ -106,6 +110,7 @@ def references():
 
 
 BY_KEYPOINTS = [(Evidence.KEYPOINTS, 0.0), (Evidence.KEYPOINTS, 0.1)]
+BY_COLOUR = [(Evidence.COLOUR_ALONE, 0.0)]
 BY_DEPTH = [(Evidence.DEPTH_ALONE, 0.1)]
 
 
@@ -120,8 +125,25 @@ def test_depth_alone_is_tried_as_long_as_the_motion_is_limited(references, keypo
     for twist in (np.zeros(6), None):
         before, after = (view(0.1 + limit + margin, keypoints=keypoints)
                          for margin in (-0.01, 0.01))
-        assert order(before, references, twist=twist) == BY_KEYPOINTS + BY_DEPTH
+        is_expected = twist is not None and limit == 0.3
+        by_colour = BY_COLOUR if is_expected and len(keypoints) < 150 else []
+        assert order(before, references, twist=twist) == BY_KEYPOINTS + by_colour + BY_DEPTH
         assert order(after, references, twist=twist) == BY_KEYPOINTS
+
+
+@pytest.mark.parametrize('keypoints, is_tried', [(149, True), (150, False)])
+def test_colour_alone_is_tried_where_depth_is_missing(references, keypoints, is_tried):
+    """Where fewer keypoints have one than half of those of the keyframe, before depth alone."""
+    by_colour = BY_COLOUR if is_tried else []
+    now = view(0.2, keypoints=range(keypoints))
+    assert order(now, references) == BY_KEYPOINTS + by_colour + BY_DEPTH
+    assert order(now, references, doubt=True) == by_colour + BY_DEPTH + BY_KEYPOINTS
+    assert order(now, references, twist=None) == BY_KEYPOINTS + BY_DEPTH  # nothing is expected
+
+
+def test_a_colour_image_that_repeats_shows_no_motion(references):
+    now = view(0.2, keypoints=range(0), repeat=Repeat.COLOUR)
+    assert order(now, references) == BY_DEPTH
 
 
 def test_images_that_repeat_for_long_are_registered_by_depth_alone_too(references):

@@ -46,7 +46,8 @@ def nothing_moves_in(monkeypatch):
         monkeypatch.setattr(keyframe_choice, name, lambda *_: np.zeros(4, bool))
 
 
-SEEN = SimpleNamespace(T_target_source='a pose', fit=None)  # by the images alone
+SEEN = SimpleNamespace(  # by the images alone
+    T_target_source='a pose', fit=None, is_by_colour=False)
 
 
 def pose_at(number):
@@ -82,7 +83,7 @@ def alike(target, source):
     return replace(target, as_seen_by=source.stamp, keypoints='four')
 
 
-def advance(keeps, is_by_depth=False, to_keyframe=True, loss=None, **changes):
+def advance(keeps, is_by_depth=False, to_keyframe=True, loss=None, seen=SEEN, **changes):
     """Return the references after a frame, the keyframe, the frame and the policy."""
     first, middle = (Reference(View(stamp, keypoints='of other settings'), pose_at(stamp),
                                pose_at(9), loss=loss) for stamp in (0, 1))
@@ -96,7 +97,7 @@ def advance(keeps, is_by_depth=False, to_keyframe=True, loss=None, **changes):
             prepared, keypoints='own', is_tracked=False)))
     choice._policy = policy
     choice.advance(references, last, SimpleNamespace(
-        reference=references.keyframe if to_keyframe else middle, seen=SEEN,
+        reference=references.keyframe if to_keyframe else middle, seen=seen,
         registration=SimpleNamespace(is_by_depth=is_by_depth)))
     return references, first, last, policy
 
@@ -109,6 +110,14 @@ def test_a_frame_becomes_the_keyframe_unless_it_is_blurred_or_repeats(keeps, cha
     assert references.keyframe.stamp == (first.stamp if is_kept else last.stamp)
     assert references.last.stamp == last.stamp
     assert policy.begun == (0 if is_kept else 1)  # by what is known of the next keyframe: nothing
+
+
+def test_a_frame_by_colour_alone_becomes_no_keyframe():
+    """Its depth is missing; the policy is not asked."""
+    seen = SimpleNamespace(**vars(SEEN) | {'is_by_colour': True})
+    references, first, last, policy = advance(False, seen=seen)
+    assert (references.keyframe.stamp, references.last.stamp) == (first.stamp, last.stamp)
+    assert not policy.asked and not policy.begun
 
 
 @pytest.mark.parametrize('to_keyframe', [True, False])
@@ -147,7 +156,8 @@ def test_what_objects_hide_or_carry_is_not_asked_of_another_keyframe(
     view, fit = View(2, is_tracked=is_tracked), None if moving is None else SimpleNamespace(
         objects=SimpleNamespace(count=moving))
     attempt = SimpleNamespace(reference=Reference(View(0), pose_at(0)),
-                              seen=SimpleNamespace(T_target_source='a pose', fit=fit))
+                              seen=SimpleNamespace(T_target_source='a pose', fit=fit,
+                                                   is_by_colour=False))
     choice._policy = policy = Policy(None)
     assert choice.replaces(view, attempt) is (lost == 0)
     assert policy.lost == ([0, lost] if lost else [0])
@@ -259,7 +269,7 @@ def test_the_policy_is_that_of_the_settings(reference, is_kept):
     choice.advance(references, last, SimpleNamespace(
         reference=first, registration=SimpleNamespace(is_by_depth=False), seen=SimpleNamespace(
             support=3, image_pose=exact, unbiased_pose=exact, T_target_source='a pose',
-            fit=None)))
+            fit=None, is_by_colour=False)))
     assert (references.keyframe.stamp == 0) == is_kept
 
 

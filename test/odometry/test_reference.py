@@ -98,6 +98,24 @@ def test_what_two_registrations_have_in_common_is_no_error_of_the_motion(poses):
     np.testing.assert_allclose(motions[2], motions[0], atol=1e-12)
 
 
+@pytest.mark.parametrize('before_by, now_by, own, is_biased', [
+    (Evidence.KEYPOINTS, Evidence.KEYPOINTS, 0.5, False),
+    (Evidence.COLOUR_ALONE, Evidence.COLOUR_ALONE, 0.15, False),
+    (Evidence.COLOUR_ALONE, Evidence.KEYPOINTS, 0.5, True),
+    (Evidence.KEYPOINTS, Evidence.COLOUR_ALONE, 0.5, True)])
+def test_by_colour_alone_the_depth_of_the_keyframe_is_common_and_a_bias_to_depth_is_not(
+        poses, before_by, now_by, own, is_biased):
+    noise, systematic = 1e-6 * np.eye(6), 3e-6 * np.eye(6)
+    first, second = (PoseWithCovariance(pose, noise) for pose in poses)
+    before = Reference(VIEW, ORIGIN, first, is_by_colour=before_by is Evidence.COLOUR_ALONE)
+    found, shown = before.motion_to(dataclasses.replace(
+        registered_at(second, systematic), evidence=now_by))
+    np.testing.assert_allclose(
+        found.covariance, own * second.relative_to(first).covariance + is_biased * systematic,
+        atol=1e-15)
+    assert shown is None
+
+
 def test_the_bias_of_a_motion_is_what_the_two_kinds_say_of_it(poses):
     """By keypoints alone and by depth alone, each pose in the keyframe off by its own error."""
     rng = np.random.default_rng(7)

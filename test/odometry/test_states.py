@@ -74,6 +74,9 @@ class Registrar:
             return failed(Status.TOO_FEW_MATCHES, 'dark')
         return self._found(source, target, Evidence.KEYPOINTS)
 
+    def register_colour(self, source, target, expected):
+        return failed(Status.TOO_FEW_MATCHES, 'dark')
+
     def register_depth(self, source, target, expected, unobserved, others):
         self.beside.append([(view.prepared.stamp, view.T_view_target) for view in others])
         self.unobserved.append((expected.covariance, unobserved))

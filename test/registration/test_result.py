@@ -87,7 +87,8 @@ def test_evidence_is_described_for_people():
     assert {evidence.name: evidence.value for evidence in Evidence} == {
         'KEYPOINTS': 'keypoints that agree with the pose',
         'DEPTH': 'depth and brightness of most of the view, whatever the number of keypoints',
-        'DEPTH_ALONE': 'depth, and the motion expected where the scene has no shape'}
+        'DEPTH_ALONE': 'depth, and the motion expected where the scene has no shape',
+        'COLOUR_ALONE': 'keypoints of the target that the source sees, whatever its depth'}
 
 
 def test_the_bias_of_a_motion_is_that_of_its_end_without_that_of_its_start():

@@ -8,12 +8,16 @@ import dataclasses
 import numpy as np
 import pytest
 
+from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.expected_pose import ExpectedPose
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise
+from aick_ros.registration.refinement.refined import CONTRADICTION
+from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.registrar import Registrar
-from aick_ros.registration.result import Fit
+from aick_ros.registration.result import Evidence, Fit
 from aick_ros.registration.status import Status
 from aick_ros.registration.tracked_keypoints import TrackedKeypoints
 from aick_ros.settings import Settings
@@ -141,17 +145,21 @@ class Back:
         self.given.append(given)
         return self.refined
 
+    def refine_without_depth(self, *given):
+        self.given.append(given)
+        return self.refined
+
 
 @pytest.fixture
 def play(made):
     """Return the function that registers two frames by a refinement of known answers."""
     def play(tracked=60, known=100, error=np.zeros(6), elapsed=LONG, settings=Settings(),
-             on_objects=0.0):
+             on_objects=0.0, method='register'):
         expected = made.pose()
         play.back = Back(made, expected @ se3.exp(error), tracked, known, on_objects)
         play.views = (made.prepared(2, 0, twist=np.arange(1.0, 7.0)), made.prepared(1, known))
         play.expected = expected
-        return TrackedKeypoints(settings, play.back).register(
+        return getattr(TrackedKeypoints(settings, play.back), method)(
             *play.views, ExpectedPose(expected, elapsed))
     return play
 
@@ -241,3 +249,87 @@ def test_a_motion_far_from_the_one_expected_is_not_taken(play, error, elapsed, i
     if not is_found:
         assert found.status is Status.TOO_FEW_MATCHES and source is play.views[0]
         assert found.reason == '60 keypoints tracked from the keyframe show a sudden motion'
+
+
+WITHOUT_DEPTH = {'method': 'register_without_depth'}
+
+
+def without_depth(frame):
+    return dataclasses.replace(frame, depth=np.full_like(frame.depth, np.nan))
+
+
+def test_the_motion_is_found_without_depth_of_the_source(rendered_views):
+    registrar, source, target, motion = rendered_views
+    blind = registrar.prepare(without_depth(source.frame))
+    assert len(blind.keypoints) == 0
+    found = registrar.register_colour(blind, target, ExpectedPose(se3.perturbed(motion, ERROR),
+                                                                  LONG))
+    error = se3.difference(found.T_target_source, motion)
+    assert found.status.ok and found.evidence is Evidence.COLOUR_ALONE and found.is_by_colour
+    assert np.linalg.norm(error[:3]) < 0.002 and np.linalg.norm(error[3:]) < 0.001
+    assert error @ np.linalg.solve(found.covariance, error) < 30.0
+
+
+@pytest.mark.parametrize('has_surface', [True, False])
+def test_without_depth_a_pose_has_the_bias_to_what_depth_shows(rendered_views, monkeypatch,
+                                                               has_surface):
+    """Where frames with depth are registered by that, too."""
+    registrar, source, target, motion = rendered_views
+    monkeypatch.setattr(MeasuredNoise, 'expected', lambda self, motion: Noise(bias=np.diag(
+        [motion] * 6)))
+    refinement = Refinement(Settings().refinement, Settings().sensor)
+    blind = registrar.prepare(without_depth(source.frame))
+    found = refinement.refine_without_depth(
+        blind, target if has_surface else dataclasses.replace(target, surface=None), motion)
+    shift = found.tracked.displacement(CAMERA.fx) if has_surface else 0.0
+    assert len(found.tracked) > 100 and (shift > 1.0) == has_surface
+    np.testing.assert_array_equal(found.systematic, shift * np.eye(6))
+    assert 0.0 < np.trace(found.covariance - found.systematic) < 1e-3
+
+
+def test_colour_alone_needs_a_refinement_and_a_pose_expected(rendered_views):
+    _, source, target, motion = rendered_views
+    registrar = Registrar(preset('paper-fast'))
+    blind = registrar.prepare(without_depth(source.frame))
+    found = registrar.register_colour(blind, target, ExpectedPose(motion, LONG))
+    assert (found.status, found.reason) == (Status.TOO_FEW_MATCHES, 'no refinement')
+    with pytest.raises(InputError, match='the pose expected: None, where'):
+        Registrar().register_colour(blind, target, None)
+
+
+def test_without_depth_a_registration_has_no_matches(play):
+    """Nothing is learned of the camera."""
+    found = play(**WITHOUT_DEPTH)
+    assert play.back.given == [(*play.views, play.expected)]
+    for name in ('T_target_source', 'covariance', 'systematic'):
+        assert getattr(found, name) is getattr(play.back.refined, name)
+    assert found.reason == 'by colour alone, 60 keypoints tracked from the keyframe'
+    assert (found.support, len(found.matches)) == (60, 0)
+    assert found.bias is found.measure is found.tracks is None and not play.back.believed
+
+
+@pytest.mark.parametrize('changes, reason', [
+    ({'tracked': 45}, '45 keypoints tracked from the keyframe, of 100'),
+    ({'tracked': 11, 'known': 20}, '11 keypoints tracked from the keyframe, of 20'),
+    ({'error': 0.0501 * np.eye(6)[0]}, '60 keypoints tracked from the keyframe show a sudden '
+                                       'motion'),
+    ({'on_objects': 0.71}, '60 keypoints tracked from the keyframe are on what has moved before')])
+def test_without_depth_too_little_evidence_is_no_pose(play, changes, reason):
+    found = play(**WITHOUT_DEPTH, **changes)
+    assert (found.status, found.reason) == (
+        Status.TOO_FEW_MATCHES, f'by colour alone, {reason}')
+    assert not found.is_rough
+
+
+def test_without_depth_a_pose_that_depth_contradicts_is_none(play, monkeypatch):
+    monkeypatch.setattr(Back, 'refine_without_depth', lambda self, *given: dataclasses.replace(
+        self.refined, is_contradicted=True))
+    assert play(**WITHOUT_DEPTH).reason == CONTRADICTION
+
+
+def test_without_depth_images_of_two_sizes_are_not_registered(made):
+    source, target = made.prepared(2, size=(20, 24)), made.prepared(1)
+    found = TrackedKeypoints(Settings(), None).register_without_depth(
+        source, target, ExpectedPose(np.eye(4), LONG))
+    assert (found.status, found.reason) == (
+        Status.TOO_FEW_MATCHES, 'the images differ in size')

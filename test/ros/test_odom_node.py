@@ -203,13 +203,12 @@ def bad_messages(frame, image_message):
         ('480', {'colour': grown}),
         ('rgb17', {'colour': unknown}),
         ('200 x 150', {'depth': image_message(stamp, '32FC1', depth[:150, :200].copy())}),
-        ('too few keypoints', {'depth': image_message(stamp, '32FC1', nothing)}),
         ('too few keypoints', {'colour': image_message(stamp, 'rgb8', np.zeros_like(colour)),
                                'depth': image_message(stamp, '32FC1', nothing)}),
     ]
 
 
-@pytest.mark.parametrize('kind', range(8))
+@pytest.mark.parametrize('kind', range(7))
 def test_after_a_damaged_frame_the_next_good_one_is_answered(rig, start_node, frames, kind):
     node = start_node()
     rig.send_camera_info(frames[0].camera)
@@ -224,6 +223,19 @@ def test_after_a_damaged_frame_the_next_good_one_is_answered(rig, start_node, fr
         np.testing.assert_allclose(pose_of(rig.answer(stamp)), update.T_odom_camera, atol=1e-6)
     node.wait_for_log(sentence)
     assert 'Traceback' not in node.log
+
+
+def test_a_frame_without_depth_is_answered_by_colour_alone(rig, start_node, frames):
+    node = start_node()
+    nothing = np.full_like(frames[3].depth, np.nan)
+    blind = [*frames[:3], dataclasses.replace(frames[3], depth=nothing), *frames[4:6]]
+    rig.send_camera_info(frames[0].camera)
+    for frame in blind:
+        rig.send(frame)
+    for stamp, update in offline(blind).items():
+        assert update.status.ok
+        np.testing.assert_allclose(pose_of(rig.answer(stamp)), update.T_odom_camera, atol=1e-6)
+    assert 'too few keypoints' not in node.log
 
 
 def test_camera_info_of_zeros_is_rejected_and_frames_wait(rig, start_node, frames):

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.registration.prediction import Prediction
@@ -171,6 +172,28 @@ class Refinement:
         pose = T_target_source if nearer is None else nearer
         tracks = self._tracker.track_back(source, target, pose, is_near=nearer is not None)
         return self._solve(source, target, tracks, pose, predicted)
+
+    def refine_without_depth(self, source: PreparedFrame, target: PreparedFrame,
+                             T_target_source: np.ndarray) -> Refined:
+        """
+        Return the pose of a source that needs neither keypoints nor depth.
+
+        The keypoints of the target are tracked into it, with their depth in the target.
+
+        :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
+        :returns: ``tracked`` are keypoints of the target that the source sees.
+        """
+        nearer = self._approach.nearer(source, target, T_target_source)
+        pose = se3.inverse(T_target_source if nearer is None else nearer)
+        tracks = self._tracker.track(target, source, pose, is_near=nearer is not None)
+        back = self._solve(target, source, tracks, pose, None)
+        bias = np.zeros((6, 6))
+        if target.surface is not None:  # poses of frames with depth follow that, too
+            bias = self._noise.expected(
+                back.tracked.displacement(source.frame.camera.fx)).bias
+        found = back.pose.with_covariance(back.covariance - back.systematic).inverse()
+        return replaced(back, T_target_source=found.matrix, covariance=found.covariance + bias,
+                        systematic=bias)
 
     def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
                pose: np.ndarray, predicted: Prediction | None,

@@ -13,6 +13,7 @@ class Count(Enum):
     ANSWERED = 'frames answered'
     LOST = 'frames lost'
     BY_DEPTH_ALONE = 'frames registered by depth alone'
+    BY_COLOUR_ALONE = 'frames registered by colour alone'
     REPEATED = 'frames with an image that repeats'
     DAMAGED = 'frames damaged'
     FAILED = 'internal errors'

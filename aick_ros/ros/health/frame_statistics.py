@@ -139,6 +139,7 @@ class FrameStatistics:
                 return
             self._is_lost = update.status.is_lost
             self._add(Count.BY_DEPTH_ALONE, int(update.evidence is Evidence.DEPTH_ALONE))
+            self._add(Count.BY_COLOUR_ALONE, int(update.evidence is Evidence.COLOUR_ALONE))
             self._add(Count.REPEATED, int(update.prepared.repeat is not Repeat.NONE))
             self._add(Count.ANSWERED, 1)
             self._add(Count.LOST, int(self._is_lost))

@@ -98,6 +98,10 @@ def _concerns(frames: Snapshot) -> Iterator[str]:
     if by_depth > _TOLERATED:
         yield (f'{by_depth:.0%} of the frames {window} were registered by depth alone: it is too '
                'dark, too bright or too blurred for keypoints, or the view is blank')
+    by_colour = frames.share(Count.BY_COLOUR_ALONE, Count.ANSWERED)
+    if by_colour > _TOLERATED:
+        yield (f'{by_colour:.0%} of the frames {window} were registered by colour alone: their '
+               'depth is missing, as too near, too far, in sunlight or behind glass')
     repeated = frames.share(Count.REPEATED, Count.ANSWERED)
     if repeated > _TOLERATED:
         yield (f'{repeated:.0%} of the frames {window} have an image that repeats: its driver '

@@ -185,13 +185,14 @@ def test_a_flood_of_events_is_bounded(frames):
     assert snapshot.recent[Count.IMAGES_REJECTED] == 10_000
 
 
-def test_frames_by_depth_alone_and_with_an_image_that_repeats_are_counted(frames):
+def test_frames_by_one_sensor_alone_and_with_an_image_that_repeats_are_counted(frames):
     frames.answer(2, evidence=Evidence.DEPTH_ALONE)
     frames.answer(3, frame=SimpleNamespace(keypoints=(), repeat=Repeat.DEPTH))
     frames.answer(4)
+    frames.answer(5, evidence=Evidence.COLOUR_ALONE)
     totals = frames.snapshot().totals
-    assert (totals[Count.BY_DEPTH_ALONE], totals[Count.REPEATED], totals[Count.ANSWERED]) == (
-        2, 3, 9)
+    assert (totals[Count.BY_DEPTH_ALONE], totals[Count.BY_COLOUR_ALONE],
+            totals[Count.REPEATED], totals[Count.ANSWERED]) == (2, 5, 3, 14)
 
 
 def test_frames_dropped_while_transforms_are_late_are_none_dropped_under_load(frames):

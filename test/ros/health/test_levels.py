@@ -222,6 +222,7 @@ def test_silence_is_an_error_unless_all_others_were_skipped(name, skipped, level
 
 @pytest.mark.parametrize('name, total, words', [
     ('LOST', 'ANSWERED', 'were lost'), ('BY_DEPTH_ALONE', 'ANSWERED', 'by depth alone'),
+    ('BY_COLOUR_ALONE', 'ANSWERED', 'by colour alone'),
     ('REPEATED', 'ANSWERED', 'image that repeats'), ('DAMAGED', 'RECEIVED', 'could not be used'),
     ('DROPPED_UNDER_LOAD', 'RECEIVED', 'frames per second are answered')])
 def test_a_twentieth_is_tolerated_and_more_is_not(name, total, words):
