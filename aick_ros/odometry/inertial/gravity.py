@@ -100,6 +100,7 @@ class Gravity:
         self._filter = None
         self._level = Level()
         self._start_check.restart()
+        self._levelled_at: int | None = None  # stamp of the force by which the start is level [ns]
         self._is_held = False
         self._stamp: int | None = None  # of the last pose
         self._last = self._reference = PoseWithCovariance.identity()
@@ -211,6 +212,8 @@ class Gravity:
         self._T_camera_imu[:3, 3] = samples.position
         self._has_gyroscope |= bool(np.isfinite(samples.turn_rates).any())
         self._forces.add(*self._samples.usable(samples.stamps, samples.accelerations))
+        if self._levelled_at is not None and self._samples.is_unchanged_since(self._levelled_at):
+            self._start_check.note(1.0, is_shown=False)  # it has shown nothing at the start
 
     def begin(self, stamp: int) -> PoseWithCovariance | None:
         """Return the level pose of a first frame; None: what is up is not known."""
@@ -219,7 +222,7 @@ class Gravity:
             return None
         self.start = np.eye(4)
         self.start[:3, :3] = level_orientation(force / np.linalg.norm(force))
-        self._level.begin(self.start[:3, 3], self._tilt_variance(force))
+        self._begin_level(stamp, self.start[:3, 3], force)
         return PoseWithCovariance(self.start.copy())
 
     def begin_again(self, stamp: int, pose: PoseWithCovariance) -> PoseWithCovariance | None:
@@ -241,7 +244,7 @@ class Gravity:
         turn = se3.rotation_between(pose.rotation @ force / np.linalg.norm(force), UP)
         covariance = pose.covariance.copy()
         covariance[_TILT], covariance[:, _TILT] = 0.0, 0.0
-        self._level.begin(pose.translation, self._tilt_variance(force))
+        self._begin_level(stamp, pose.translation, force)
         return PoseWithCovariance(se3.perturbed(pose.matrix, np.append(np.zeros(3), turn)),
                                   covariance)
 
@@ -377,9 +380,10 @@ class Gravity:
         if len(recent) and may_be_gravity(recent.mean(axis=0)):  # a hand has shaken it before
             self._no_gravity, self._missed_for = 0.0, 0
 
-    def _tilt_variance(self, force: np.ndarray) -> float:
-        """Return the variance of roll, and of pitch, by a force that has the bias [rad^2]."""
-        return tilt_variance(force, self._settings.accelerometer_bias_sigma)
+    def _begin_level(self, stamp: int, position: np.ndarray, force: np.ndarray) -> None:
+        """Begin with a first pose at a position, 3 [m], level by a force that has the bias, 3."""
+        self._level.begin(position, tilt_variance(force, self._settings.accelerometer_bias_sigma))
+        self._levelled_at = stamp + self._offset
 
     def _note(self, agrees: bool) -> None:
         """Note whether a position is the one expected; begin anew, and again, where it is not."""

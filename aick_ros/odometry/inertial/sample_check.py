@@ -38,6 +38,10 @@ class SampleCheck:
         return (f'the {self._name} has reported ({x:g}, {y:g}, {z:g}) {self._unit} for '
                 f'{seconds(self._unchanged_since, self._last):.1f} s')
 
+    def is_unchanged_since(self, stamp: int) -> bool:
+        """Return whether the value is :attr:`unchanged`, and was the same at a stamp [ns]."""
+        return bool(self.unchanged) and self._unchanged_since <= stamp
+
     def usable(self, stamps: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """
         Return stamps [ns] and values, Nx3, of the samples that can be used.

@@ -21,6 +21,7 @@ from aick_ros.sources.synthetic.imu import IMU_MODELS, ImuModel, SensorNoise, im
 
 START, RATE = 1000 * NANOSECONDS, 15
 AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+GRAVITY_AHEAD = 0.0, -9.8, 0.5  # m/s^2, of a camera that looks ahead and a little down
 ORIENTATION_SIGMA, POSITION_SIGMA = np.radians(0.1), 0.001
 PERFECT = SensorNoise(0.0, 0.0, np.inf, 0.0)
 CALIBRATED = ImuModel(PERFECT, SensorNoise(0.0015, 0.02, np.inf, 0.0), rate=100.0)
@@ -285,6 +286,70 @@ def test_a_value_that_never_changes_is_named(recorded):
     rows, gravity = follow(changed(recorded, lambda a: np.tile(a[0], (len(a), 1))), seconds=2,
                            drift=0.0)
     assert 'the accelerometer has reported' in gravity.complaint
+
+
+def stuck(samples, since, until=100.0):
+    """Return samples that repeat the value of a time after the start, up to another one [s]."""
+    times = (samples.stamps - START) / NANOSECONDS
+    frozen = (times >= since) & (times < until)
+    return dataclasses.replace(samples, accelerations=np.where(
+        frozen[:, None], samples.accelerations[frozen][0], samples.accelerations))
+
+
+def tilt_sigmas(gravity):
+    """Return the standard deviations of roll and pitch of a pose that is known exactly [rad]."""
+    return np.sqrt(gravity.levelled(PoseWithCovariance.identity()).covariance.diagonal()[3:5])
+
+
+def test_a_start_by_a_value_that_never_changes_is_as_uncertain_as_by_wrong_axes():
+    """At rest no camera contradicts it; the sensor has been turned since it was stuck."""
+    samples = imu_samples(resting, START - NANOSECONDS // 2, START + 4 * NANOSECONDS, CALIBRATED,
+                          np.random.default_rng(0))
+    wrong = changed(stuck(samples, -1.0), lambda forces: forces @ se3.exp_rotation([1.2, 0, 0]))
+    rows, gravity = follow(wrong, resting, seconds=1, drift=0.0)
+    assert gravity.start is not None and rows[-1, 1] > 50.0
+    np.testing.assert_allclose(tilt_sigmas(gravity), 1.0)
+    assert gravity.tilt_sigma == np.inf
+
+
+@pytest.mark.parametrize('since, is_doubted', [(-0.1, True), (0.2, False)])
+def test_a_start_from_before_the_sensor_was_stuck_is_as_certain_as_it_was(since, is_doubted):
+    samples = imu_samples(resting, START - NANOSECONDS // 2, START + 4 * NANOSECONDS, CALIBRATED,
+                          np.random.default_rng(0))
+    _, gravity = follow(stuck(samples, since), resting, seconds=3, drift=0.0)
+    assert gravity.complaint
+    assert np.allclose(tilt_sigmas(gravity), 1.0) is is_doubted
+    assert is_doubted or tilt_sigmas(gravity).max() < np.radians(6.0)
+
+
+def test_a_sensor_that_measures_again_is_believed_once_a_motion_has_agreed(recorded):
+    """With what is left of the tilt, that is corrected slowly, in the covariance."""
+    samples = stuck(recorded, -1.0, until=1.0)
+    early, late = (follow(samples, seconds=seconds, drift=0.0) for seconds in (2, 20))
+    np.testing.assert_allclose(tilt_sigmas(early[1]), 1.0)
+    assert early[1].complaint == ''
+    assert late[0][-1, 1] < 3.0 * np.degrees(tilt_sigmas(late[1]).max()) < 20.0
+
+
+def test_a_start_that_is_held_is_as_without_an_accelerometer_that_is_stuck(held):
+    gravity, measured, _ = held(1, lambda forces: np.full_like(forces, [0.0, -9.0, 3.0]))
+    first = gravity.start.copy()
+    turn = gravity.begin_anew(np.eye(4), measured, np.radians(1.0))
+    assert gravity.start is None and not turn.is_level
+    np.testing.assert_allclose(turn.T_level_odom @ first, np.eye(4), atol=1e-12)
+
+
+def test_a_start_of_another_recording_by_a_value_that_never_changes_is_doubted(level):
+    """Its clock is another one; what was stuck before the first start says nothing of it."""
+    stamps = START - 100 * NANOSECONDS + np.arange(80) * NANOSECONDS // 100
+    values = np.tile(GRAVITY_AHEAD, (80, 1))
+    level.restart()
+    level.add(ImuSamples(stamps[:40], np.full((40, 3), np.nan), values[:40]), 0.0)
+    begun = level.begin_again(int(stamps[39]), PoseWithCovariance(resting(START)))
+    assert begun is not None and np.degrees(np.sqrt(
+        level.levelled(begun).covariance[3, 3])) < 6.0
+    level.add(ImuSamples(stamps[40:], np.full((40, 3), np.nan), values[40:]), 0.0)
+    np.testing.assert_allclose(tilt_sigmas(level), 1.0)
 
 
 @pytest.mark.parametrize('has_gyroscope, sigma, is_estimated', [

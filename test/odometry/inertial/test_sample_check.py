@@ -58,6 +58,16 @@ def test_a_value_is_unchanged_after_more_than_half_a_second(check):
     assert check.unchanged == ''
 
 
+@pytest.mark.parametrize('count, asked, is_so', [
+    (51, 1, False), (52, 1, True), (52, 0, False), (52, 30, True)],
+    ids=['not for long', 'from then on', 'changed since', 'for longer'])
+def test_a_value_is_unchanged_since_a_stamp(check, count, asked, is_so):
+    assert not check.is_unchanged_since(0)
+    used(check, [0], [1])
+    used(check, PERIOD * np.arange(1, count + 1), count * [2])
+    assert check.is_unchanged_since(asked * PERIOD) is is_so
+
+
 def test_it_was_no_longer_unchanged_than_since_a_restart(check):
     used(check, [100 * NANOSECONDS], [0.5])
     used(check, np.arange(1, 52) * PERIOD, [0.5] * 51)
