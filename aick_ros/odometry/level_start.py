@@ -56,6 +56,7 @@ class LevelWait:
 
     def restart(self) -> None:
         """Wait again: the odometry was reset."""
+        self._is_on = False  # at the frame before
         self._first: int | None = None  # stamp of the first frame that is held back
         if self._settings.level_wait > 0.0:
             self._odometry.gravity.hold()
@@ -75,6 +76,15 @@ class LevelWait:
         return (f'odom is not published yet, to begin level: what is up is {known}, '
                 f'{math.degrees(self._settings.level_sigma):.1f} deg are waited for')
 
+    @property
+    def is_interrupted(self) -> bool:
+        """
+        Begin of another recording at the newest frame, before the wait has ended.
+
+        That frame is as level as it begins: :meth:`end` is for the poses before it alone.
+        """
+        return self._is_on and not self._odometry.gravity.is_held
+
     def goes_on(self, stamp: int) -> bool:
         """
         Return whether the pose of the newest frame is held back.
@@ -88,8 +98,9 @@ class LevelWait:
             return False
         if self._first is None:
             self._first = stamp
-        return (gravity.tilt_sigma > self._settings.level_sigma
-                and seconds(self._first, stamp) < self._settings.level_wait)
+        self._is_on = (gravity.tilt_sigma > self._settings.level_sigma
+                       and seconds(self._first, stamp) < self._settings.level_wait)
+        return self._is_on
 
     def end(self) -> Turn | None:
         """
@@ -97,6 +108,7 @@ class LevelWait:
 
         :returns: the turn of its updates so far; None: they stay.
         """
+        self._is_on = False
         return self._odometry.begin_level(max(_KNOWN, self._settings.level_sigma))
 
 
@@ -106,12 +118,16 @@ def begun_level(odometry: Odometry, settings: ImuSettings,
     Yield the updates of an odometry in a frame that is level from the first one on.
 
     They are held back until what is up is known to ``imu.level_sigma``, for ``imu.level_wait`` at
-    most. Where there is no accelerometer each is yielded at once.
+    most, or until another recording begins. Where there is no accelerometer each is yielded at
+    once.
 
     :param updates: made as they are asked for, from the first frame of the odometry on.
     """
     wait, held = LevelWait(odometry, settings), list[_Update]()
     for update in updates:
+        if wait.is_interrupted:
+            yield from _turned(held, wait.end())
+            held = []
         held.append(update)
         if not wait.goes_on(update.stamp):
             yield from _turned(held, wait.end())

@@ -184,7 +184,8 @@ class Odometry:
         updates back, as :func:`aick_ros.odometry.level_start.begun_level` does.
 
         :param sigma: largest standard deviation of the direction of gravity [rad].
-        :returns: the turn of the updates so far; None: they stay, as less is known.
+        :returns: the turn of the updates so far, or of those before another recording that has
+            ended the hold; None: they stay, as less is known.
         """
         return self._path.begin_level(sigma)
 

@@ -60,12 +60,19 @@ class Path:
         pose = np.eye(4) if T_odom_camera is None else se3.checked(T_odom_camera, 'T_odom_camera')
         self._is_placed = T_odom_camera is not None
         self._has_restarted = False  # the recording, so that the camera may be turned otherwise
+        self._ended: Turn | None = None  # of a start that was held until the last restart
         self.gravity.reset()
         self.plane.reset()
         self._begin(PoseWithCovariance(pose))
 
     def restart(self) -> None:
-        """Begin another recording where the last frame was published; the camera may be turned."""
+        """
+        Begin another recording where the last frame was published; the camera may be turned.
+
+        A start that is held stays as level as it is, and as uncertain as it is doubted; one that
+        is contradicted is given up.
+        """
+        self._ended = self.begin_level(0.0)
         self._begin(self.published)
         self._has_restarted = True
 
@@ -77,7 +84,14 @@ class Path:
         self.gravity.restart()
 
     def begin_level(self, sigma: float) -> Turn | None:
-        """Let the path have begun level by what is known now, as :meth:`Gravity.begin_anew`."""
+        """
+        Let the path have begun level by what is known now, as :meth:`Gravity.begin_anew`.
+
+        :returns: after a restart that has ended the hold the turn of the poses before that.
+        """
+        ended, self._ended = self._ended, None
+        if ended is not None:
+            return ended
         T_odom_reckoned = np.eye(4) if self._memory is None else self._memory.T_odom_reckoned
         return self.gravity.begin_anew(T_odom_reckoned, self._corrected, sigma)
 

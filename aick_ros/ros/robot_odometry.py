@@ -110,6 +110,8 @@ class RobotOdometry:
         """Return an update in the level frame; note whether it is held back till that is known."""
         if self._wait is None:
             return update
+        if self._wait.is_interrupted:
+            self._wait.end()  # for the frames before, which were not published
         self._is_held = self._wait.goes_on(update.stamp)
         turn = None if self._is_held else self._wait.end()
         return update if turn is None else update.turned(turn)

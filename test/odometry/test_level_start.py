@@ -116,6 +116,71 @@ def test_after_the_wait_the_covariance_goes_on_without_a_jump(found):
     assert (sigmas[:, 3:5] < np.radians(1.2)).all()
 
 
+def looped(frames):
+    """Return frames of a bag that begins again a minute back."""
+    back = 60 * SECOND
+    return frames + [dataclasses.replace(
+        frame, stamp=frame.stamp - back, depth_stamp=None, imu=dataclasses.replace(
+            frame.imu, stamps=frame.imu.stamps - back)) for frame in frames]
+
+
+def doubted(odometry, frames, doubt):
+    """Yield the updates of frames, of a start that is doubted by then after half of them."""
+    for index, frame in enumerate(frames):
+        update = odometry.register_frame(frame)
+        if index == len(frames) // 2 - 1:
+            odometry.gravity._start_check.note(doubt, False)
+        yield update
+
+
+@pytest.fixture
+def interrupted(found):
+    """Return a function from a doubt to the updates of a wait during which a bag loops."""
+    def updates(doubt):
+        odometry = Odometry()
+        return list(begun_level(odometry, ImuSettings(), doubted(
+            odometry, looped(found[0][:3]), doubt)))
+    return updates
+
+
+def tilt_sigmas(updates):
+    """Return the standard deviation of roll at each update [deg], N."""
+    return np.degrees([np.sqrt(update.pose.covariance[3, 3]) for update in updates])
+
+
+def test_poses_that_are_held_while_a_bag_loops_are_as_uncertain_as_they_are_doubted(interrupted):
+    certain, uncertain = interrupted(0.0), interrupted(0.4)
+    assert (tilt_sigmas(certain) < 8.0).all()
+    np.testing.assert_allclose(tilt_sigmas(uncertain), np.degrees(np.sqrt(0.4)), rtol=0.02)
+    for one, other in zip(certain, uncertain, strict=True):
+        assert one.stamp == other.stamp
+        np.testing.assert_array_equal(one.T_odom_camera, other.T_odom_camera)
+        np.testing.assert_array_equal(one.level_start, other.level_start)
+
+
+def test_with_an_accelerometer_that_is_wrong_all_begins_as_without_one_when_a_bag_loops(
+        interrupted):
+    certain, without = interrupted(0.0), interrupted(1.0)
+    assert all(update.level_start is None for update in without)
+    np.testing.assert_allclose(without[0].T_odom_camera, np.eye(4), atol=1e-12)
+    assert (tilt_sigmas(without) < 1.0).all()
+    for one, other in zip(certain[:3], without):
+        np.testing.assert_allclose(se3.inverse(certain[0].T_odom_camera) @ one.T_odom_camera,
+                                   other.T_odom_camera, atol=1e-9)
+    # where the last pose was the camera goes on
+    np.testing.assert_allclose(without[3].T_odom_camera, without[2].T_odom_camera, atol=1e-9)
+
+
+def test_a_reset_forgets_what_a_loop_has_ended(found):
+    odometry = Odometry()
+    wait = LevelWait(odometry, ImuSettings())
+    for update in doubted(odometry, looped(found[0][:1]), 0.4):
+        is_on = wait.goes_on(update.stamp)
+    assert not is_on
+    odometry.reset()
+    assert odometry.begin_level(0.1) is None
+
+
 class Held:
     """An odometry that has a level start at a stamp, and knows more of it at each frame."""
 

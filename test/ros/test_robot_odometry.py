@@ -12,6 +12,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import OdometryUpdate
@@ -23,7 +24,10 @@ from aick_ros.ros.input.extrinsics import Extrinsic
 from aick_ros.ros.robot_odometry import RobotOdometry
 from aick_ros.settings import ImuSettings, NodeSettings, Settings
 from aick_ros.settings.parameter import with_values
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.synthetic.imu import IMU_MODELS
 
+TINY = Camera(160, 120, 131.25, 131.25, 79.5, 59.5)
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
 STEP = se3.exp([0.2, -0.1, 0.4, 0.3, 0.2, 0.1])
 
@@ -295,6 +299,34 @@ def test_how_much_has_to_be_known_changes_with_the_settings(waiting):
     robot, _ = waiting
     robot.odometry.change_settings(with_values(Settings(), {'imu.level_sigma': 1.0}))
     assert robot.see(2 * NANOSECONDS).base is not None
+
+
+@pytest.mark.parametrize('doubt, is_level, sigma', [
+    (0.0, True, 0.09), (0.4, True, 0.4 ** 0.5), (1.0, False, 0.0)])
+def test_a_bag_that_loops_while_it_waits_ends_the_wait_and_no_doubt_of_the_start(
+        room, doubt, is_level, sigma):
+    """What is published from then on is as uncertain, or as without an accelerometer."""
+    frames = list(SyntheticSource(SyntheticOptions(
+        seed=17, frames=2, rate=15, camera=TINY, imu=IMU_MODELS['icm42688']), room(17)).frames())
+    frames.append(dataclasses.replace(
+        frames[0], stamp=frames[0].stamp - 60 * NANOSECONDS, depth_stamp=None,
+        imu=dataclasses.replace(frames[0].imu,
+                                stamps=frames[0].imu.stamps - 60 * NANOSECONDS)))
+    odometry = RobotOdometry(
+        NodeSettings(wait_level_to_init=True), Settings(),
+        SimpleNamespace(camera_in_base=lambda *_: Extrinsic(T_BASE_CAMERA, Mount.FIXED)),
+        SimpleNamespace(samples=lambda *_: None, complaint=''), None, str)
+    published = []
+    for frame in frames:
+        published.append(odometry.register(odometry.prepare(frame), 'camera'))
+        odometry._camera.gravity._start_check.note(doubt, False)
+    assert [update.base is None for update in published] == [True, True, False]
+    last = published[-1]
+    assert (last.camera.level_start is not None) == is_level
+    np.testing.assert_allclose(np.sqrt(last.base.pose.covariance.diagonal()[3:5]), sigma,
+                               atol=0.02)
+    if not is_level:  # about where it began
+        assert se3.angle(last.base.pose.rotation) < 0.05
 
 
 @pytest.mark.parametrize('waits', [False, True])

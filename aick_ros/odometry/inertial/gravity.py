@@ -93,20 +93,21 @@ class Gravity:
         self._start_check = StartCheck()
         self._no_gravity = 0.0  # length of a first force that is none [m/s^2]
         self._missed_for = 0  # frames since then
+        self._is_held = False
         self.restart()
 
     def restart(self) -> None:
-        """Continue in a frame that is level, with poses that are measured anew."""
+        """Continue in a frame that is level, with poses that are measured anew and not held."""
         self._filter = None
         self._level = Level()
         self._start_check.restart()
         self._levelled_at: int | None = None  # stamp of the force by which the start is level [ns]
-        self._is_held = False
+        self._is_held &= self.start is None  # before a level start there is nothing to end yet
         self._stamp: int | None = None  # of the last pose
         self._last = self._reference = PoseWithCovariance.identity()
 
     def hold(self) -> None:
-        """Leave the start as level as it is, until :meth:`begin_anew` or the next start."""
+        """Leave the start as level as it is, until :meth:`begin_anew` or a restart after it."""
         self._is_held = True
 
     @property

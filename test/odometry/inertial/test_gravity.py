@@ -570,3 +570,16 @@ def test_without_a_level_start_nothing_is_held_yet():
     gravity.reset()
     gravity.begin(START)
     assert not gravity.is_held
+
+
+def test_it_is_held_through_a_restart_before_the_first_level_start():
+    """A bag loops while the camera is still covered: nothing has begun yet."""
+    gravity = Gravity(ImuSettings())
+    gravity.hold()
+    gravity.restart()
+    gravity.add(imu_samples(resting, START - NANOSECONDS // 2, START, CALIBRATED,
+                            np.random.default_rng(3)), 0.0)
+    gravity.begin(START)
+    assert gravity.is_held
+    gravity.restart()
+    assert not gravity.is_held
