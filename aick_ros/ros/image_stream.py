@@ -31,13 +31,14 @@ class ImageStream:
 
     :param assembler: whose subscriptions are tended, too.
     :param on_pair: called with each pair.
+    :param on_colour: called with the stamp of each colour image that is accepted [ns].
     """
 
     def __init__(self, node: Node, settings: NodeSettings, assembler: FrameAssembler,
                  transforms: Transforms, diagnostics: Diagnostics,
-                 on_pair: Callable[[Pair], None]) -> None:
+                 on_pair: Callable[[Pair], None], on_colour: Callable[[int], None]) -> None:
         self._node, self._assembler, self._transforms = node, assembler, transforms
-        self._pairing = Pairing(node, settings, diagnostics, on_pair)
+        self._pairing = Pairing(node, settings, diagnostics, on_pair, on_colour)
         self._images = self._subscribe(settings)
         self._subscriptions = [*self._images, *assembler.subscriptions]
         self._watchdog = Watchdog(node, settings, self._subscriptions, self._pairing)

@@ -110,7 +110,7 @@ class Pipeline:
         self._diagnostics.restart()
         self._imu.activate()
         self._images = ImageStream(self._node, self._settings, self._assembler, self._transforms,
-                                   self._diagnostics, self._enqueue)
+                                   self._diagnostics, self._enqueue, self._imu.compare_clock)
         # a steady timer: a /clock that stands still must not stop it
         self._timer = self._node.create_timer(
             1.0, partial(self._each_second, self._images),

@@ -97,7 +97,7 @@ def world(graph, monkeypatch):
 
 def stream_in(world, **settings):
     return ImageStream(world.node, NodeSettings(**settings), world, world.transforms,
-                       'diagnostics', 'on_pair')
+                       'diagnostics', 'on_pair', 'on_colour')
 
 
 def test_each_image_has_its_topic_transport_and_way(world):
@@ -105,7 +105,7 @@ def test_each_image_has_its_topic_transport_and_way(world):
     assert {each.name: each.made_of for each in world.images} == {
         'rgb/image': ('compressed', world.take_colour),
         'depth/image': ('compressedDepth', world.take_depth)}
-    assert world.pairs_with[2:] == ('diagnostics', 'on_pair')
+    assert world.pairs_with[2:] == ('diagnostics', 'on_pair', 'on_colour')
 
 
 @pytest.mark.parametrize('is_rgbd, names', [

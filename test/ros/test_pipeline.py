@@ -318,7 +318,8 @@ def test_active_it_takes_images_and_reports_by_a_clock_that_never_stands_still(a
     made, images = active
     pipeline = made.pipeline
     assert images.arguments == (made.node, made.settings, pipeline._assembler,
-                                pipeline._transforms, pipeline._diagnostics, pipeline._enqueue)
+                                pipeline._transforms, pipeline._diagnostics, pipeline._enqueue,
+                                pipeline._imu.compare_clock)
     assert (10 ** 9, ClockType.STEADY_TIME) in [
         (timer.timer_period_ns, timer.clock.clock_type) for timer in made.node.timers]
     assert made.snapshot.totals[Count.LOST] == 0  # of a life before

@@ -36,7 +36,7 @@ _SILENT = 1.0  # s; chosen
 
 class ImuInput:
     """
-    Receives the samples of an IMU when a frame or a report needs them.
+    Receives the samples of an IMU when an image, a frame or a report needs them.
 
     While an image waits for samples that are about to come, a timer on the executor's thread
     takes them.
@@ -91,6 +91,17 @@ class ImuInput:
             return f'no sample of the IMU has come on {topic} for {silence:.0f} s'
         return self._missing or self._clock.complaint(topic) or self._buffer.complaint(topic)
 
+    def compare_clock(self, stamp: int) -> None:
+        """
+        Compare the clock of the samples with that of the images.
+
+        :param stamp: of a colour image that has just come [ns], whether or not it finds a partner.
+        """
+        self._receive()
+        newest = self._buffer.newest
+        if newest is not None:
+            self._clock.compare(stamp, newest)
+
     def reaches(self, stamp: int) -> bool:
         """
         Return whether the samples up to the stamp of an image [ns] have arrived.
@@ -126,7 +137,6 @@ class ImuInput:
         self._receive()
         if self._buffer.newest is None:
             return None
-        self._clock.compare(stamp, self._buffer.newest)
         imu_frame = self._buffer.frame_id
         try:
             found = self._transforms.find(camera_frame, imu_frame, stamp)

@@ -34,6 +34,7 @@ class Pairing:
     Pairs images on the executor's thread.
 
     :param on_pair: called with each pair.
+    :param on_colour: called with the stamp of each colour image that is accepted [ns].
     :ivar newest: the last pair; None before the first.
     :ivar ahead: time from the node's clock to the stamp of the last accepted image when it came
         [ns]; 0 before the first, and while the clock is not known.
@@ -43,8 +44,9 @@ class Pairing:
     """
 
     def __init__(self, node: Node, settings: NodeSettings, diagnostics: Diagnostics,
-                 on_pair: Callable[[Pair], None]) -> None:
-        self._logger, self._diagnostics, self._on_pair = node.get_logger(), diagnostics, on_pair
+                 on_pair: Callable[[Pair], None], on_colour: Callable[[int], None]) -> None:
+        self._logger, self._diagnostics = node.get_logger(), diagnostics
+        self._on_pair, self._on_colour = on_pair, on_colour
         self._clock = node.get_clock()
         self._registers_depth = settings.register_depth
         self._synchronizer = Synchronizer(_max_interval(settings), settings.sync_queue_size)
@@ -124,6 +126,8 @@ class Pairing:
         if self._synchronizer.late > late:
             self.reject(name, f'its stamp of {stamp} ns repeats or goes back; does the driver '
                               'publish twice, or the network change the order?')
+        elif name == self._names[0]:
+            self._on_colour(stamp)
 
     def _pass_on(self, pairs: list[Pair]) -> None:
         for pair in pairs:

@@ -4,6 +4,7 @@
 """The topic of an IMU: which samples go with a frame, what is waited for and what is said."""
 
 import math
+from time import sleep
 
 import numpy as np
 import pytest
@@ -263,9 +264,9 @@ def test_silence_of_more_than_a_second_is_said(made, steady):
 def test_another_clock_is_said_until_the_stamps_agree(made, first, image, sentence):
     source, driver = made()
     driver.send(first)
-    source.samples(OPTICAL, image * MS)
+    source.compare_clock(image * MS)
     assert sentence in source.complaint and bool(source.complaint) is bool(sentence)
-    source.samples(OPTICAL, first * MS)
+    source.compare_clock(first * MS)
     assert source.complaint == ''
 
 
@@ -273,8 +274,37 @@ def test_an_image_that_waited_for_long_has_no_other_clock(made):
     source, driver = made()
     for time in (5, 9005):
         driver.send(time)
-        source.samples(OPTICAL, 5 * MS)
+        source.compare_clock(5 * MS)
     assert source.complaint == ''
+
+
+def test_without_samples_or_inactive_there_is_no_clock_to_compare(made):
+    source, driver = made()
+    source.compare_clock(5 * MS)
+    assert source.complaint == ''
+    source.deactivate()
+    source.compare_clock(9005 * MS)
+    assert source.complaint == ''
+
+
+def test_the_node_says_another_clock_though_no_images_are_a_pair(rig, start_node, all_frames):
+    """Through DDS; the camera sends no depth, so that there is no frame."""
+    frame = all_frames[0]
+    publisher = rig.node.create_publisher(Imu, 'imu', 1000)
+    node = start_node()
+    rig.wait_for_node()
+    rig.wait_until(publisher.get_subscription_count, 'the node to subscribe to the IMU')
+    stamps = iter(range(frame.stamp, frame.stamp + 10 ** 12, 33 * MS))
+
+    def send():
+        stamp = next(stamps)
+        publisher.publish(message(stamp // MS - 100_000))
+        rig.colour.publish(rig.image_message(stamp, 'rgb8', frame.colour))
+        sleep(0.033)
+
+    rig.wait_until(lambda: 's behind the images and are not used' in node.log, lambda: node.log,
+                   send)
+    assert not rig.odom
 
 
 def test_an_image_that_waits_is_no_longer_waited_for_once_it_is_inactive(made):

@@ -22,11 +22,11 @@ START, PERIOD = 10 ** 18, 33_333_333
 
 @pytest.fixture
 def make(node, steady):
-    """Return a function that makes a pairing; the pairs and the report are its attributes."""
+    """Return a function that makes a pairing; what it passes on and reports are attributes."""
     def make(**settings):
-        pairs, report = [], Diagnostics(node)
-        pairing = Pairing(node, NodeSettings(**settings), report, pairs.append)
-        pairing.pairs, pairing.report = pairs, report
+        pairs, report, colour = [], Diagnostics(node), []
+        pairing = Pairing(node, NodeSettings(**settings), report, pairs.append, colour.append)
+        pairing.pairs, pairing.report, pairing.colour = pairs, report, colour
         return pairing
     return make
 
@@ -121,6 +121,16 @@ def test_an_image_is_as_far_ahead_as_it_was_when_it_came(make, stamped, node):
     assert pairing.ahead == PERIOD
     pairing.take_pair(pair_of(stamped, START + 2 * PERIOD))
     assert pairing.ahead == 2 * PERIOD + 10 ** 10
+
+
+def test_stamps_of_colour_images_are_passed_on_whether_or_not_they_find_a_partner(
+        make, stamped):
+    pairing = make()
+    for stamp in (START, START + PERIOD, START):  # the last one is late
+        pairing.take_colour(stamped(stamp))
+    pairing.take_depth(stamped(START + 9 * PERIOD))
+    pairing.take_pair(pair_of(stamped, START + 10 * PERIOD))
+    assert pairing.colour == [START, START + PERIOD, START + 10 * PERIOD]
 
 
 def test_flush_pairs_what_waits_for_a_nearer_image(make, stamped):

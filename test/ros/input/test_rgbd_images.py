@@ -72,7 +72,7 @@ class Input:
                                 depth_in_colour=IDENTITY, **settings)
         self.pairs, self.report = [], Diagnostics(node)
         self.assembler = FrameAssembler(node, settings, Extrinsics(None, settings), lambda: None)
-        self.pairing = Pairing(node, settings, self.report, self.pairs.append)
+        self.pairing = Pairing(node, settings, self.report, self.pairs.append, lambda stamp: None)
         self.subscription = rgbd_images.rgbd_subscription(
             node, settings, self.assembler, self.pairing)
         self._node = node

@@ -47,7 +47,8 @@ class Watched:
             node, CameraInfo if name == 'rgb/camera_info' else Image, name, lambda message: None,
             10, reliability) for name in names}
         settings = NodeSettings(**settings)
-        self.pairing = Seen(node, settings, Diagnostics(node), lambda pair: None)
+        self.pairing = Seen(node, settings, Diagnostics(node), lambda pair: None,
+                            lambda stamp: None)
         self.dog = Watchdog(node, settings, list(self.subscriptions.values()), self.pairing)
 
     def wait(self, seconds, receiving=()):
