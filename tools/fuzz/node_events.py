@@ -66,7 +66,7 @@ class _Inputs:
         self._extrinsics = Extrinsics(transforms, settings)
         self._assembler = FrameAssembler(node, settings, self._extrinsics, lambda: None)
         self._pairing = Pairing(node, settings, SimpleNamespace(count=lambda count: None),
-                                self._work)
+                                self._work, lambda stamp: None)
         self._odometry, self._base = Odometry(), BaseOdometry()
         self._transforms, self._callbacks = transforms, node.callbacks
 
