@@ -26,6 +26,7 @@ _CORRELATION = 0.7
 """Of the change of the velocity from frame to frame with that from interval to interval before it.
 Measured: 0.45 to 0.75 on rendered cameras at 10 to 30 Hz."""
 
+_SHORTEST = 0.5  # chosen: of an interval between acquisitions, as a ratio to that of the stamps
 _STAMPS = 6.0  # by definition: sum of the squares of the factors 1, -2 and 1
 _CLOCK_ERROR = 0.25  # share of the jitter that a clock with lock leaves
 
@@ -50,6 +51,8 @@ class VelocityChange:
         :param twist: body velocity at its start, where the increment before it is another's.
         """
         interval = increment.interval + end.clock_correction - start.clock_correction
+        if interval < _SHORTEST * increment.interval:  # a stamp that the clock has no image for
+            interval = increment.interval
         here = increment.twist * (increment.interval / interval)
         before = self._twist if self._end == start.stamp else twist
         self._end, self._twist = end.stamp, here

@@ -113,3 +113,14 @@ def test_after_another_increment_it_is_since_the_velocity_given():
         increment = Increment(PoseWithCovariance(se3.exp(PERIOD * twist)), PERIOD)
         found = change.squares(increment, begin, end, twist)
     np.testing.assert_allclose(found, 0.0, atol=1e-24)
+
+
+@pytest.mark.parametrize('correction, is_used', [(-0.049, True), (-0.051, False), (-0.1, False)])
+def test_stamps_that_the_clock_has_no_image_for_are_taken_as_they_are(correction, is_used):
+    """One that comes between two periods is corrected to the time of the image before it."""
+    twist = walk(1)[0]
+    views = [view(0), view(round(PERIOD * NANOSECONDS), correction=correction)]
+    found, = changes([twist], views=views)
+    moved = twist * (PERIOD / (PERIOD + correction) - 1.0 if is_used else 0.0)
+    np.testing.assert_allclose(  # the first one is the mean, too
+        found, np.square(moved).reshape(2, 3).sum(1), rtol=1e-6, atol=1e-15)
