@@ -21,6 +21,7 @@ _SIGMA_FACTORS = 5.0 / 3.0, 1.0
 """Standard deviations of the acceleration and of the angular one, by the sigmas of the motion
 model. Chosen on rendered rooms with boards that move through 10 to 60 % of the view."""
 
+_SHORTEST = 0.005  # s; chosen: stamps that are closer, as of a burst, are no times of images
 _LONGEST = 10.0  # s; a camera may be 250 m from where it was expected then: nothing is known
 
 
@@ -37,7 +38,7 @@ class MotionPrior:
 
     def of(self, expected: ExpectedPose) -> PoseWithCovariance:
         """Return the motion expected, with its covariance by the motion model and by stamps."""
-        elapsed = min(expected.elapsed, _LONGEST)
+        elapsed = min(max(expected.elapsed, _SHORTEST), _LONGEST)
         return PoseWithCovariance(expected.T_target_source, np.diag(
             (0.5 * self._sigmas * elapsed ** 2) ** 2 + np.repeat(expected.timing, 3) ** 2))
 

@@ -38,6 +38,14 @@ def test_errors_of_stamps_are_a_part_of_its_covariance():
                                np.repeat([0.03, 0.4], 3) ** 2)
 
 
+@pytest.mark.parametrize('elapsed', [1e-6, 0.001, 0.005])
+def test_stamps_of_a_burst_make_it_no_measurement(elapsed):
+    """Of images whose stamps are less than 5 ms apart the motion is expected over 5 ms."""
+    prior = PRIOR.of(ExpectedPose(np.eye(4), elapsed))
+    np.testing.assert_allclose(np.sqrt(np.diagonal(prior.covariance)),
+                               3 * [0.5 * 5.0 * 0.005 ** 2] + 3 * [0.5 * 15.0 * 0.005 ** 2])
+
+
 def test_it_does_not_grow_for_ever():
     covariances = [PRIOR.of(ExpectedPose(np.eye(4), elapsed)).covariance
                    for elapsed in (10.0, np.inf)]
