@@ -190,6 +190,35 @@ class Steps:
         return self.odometry.register_frame(self.frame(seconds, images), **options)
 
 
+class ExactPath:
+    """Compares updates with the exact poses of a rendered camera."""
+
+    @staticmethod
+    def error(update, frames, pose):
+        """Return by how much a pose since the first frame errs, in position and rotation."""
+        true = se3.inverse(pose(frames[0].stamp)) @ pose(update.stamp)
+        E = se3.inverse(true) @ update.T_odom_camera
+        return np.linalg.norm(E[:3, 3]), se3.angle(E[:3, :3])
+
+    @staticmethod
+    def nees(updates, chosen, frames, pose):
+        """Return the mean NEES of the increments of some updates, each since the frame before."""
+        squares = []
+        for i in chosen:
+            increment = updates[i].increment
+            assert increment.interval == pytest.approx(1 / 30)
+            true = se3.inverse(pose(frames[i - 1].stamp)) @ pose(frames[i].stamp)
+            deviation = se3.difference(increment.pose.matrix, true)
+            squares.append(deviation @ np.linalg.solve(increment.pose.covariance, deviation))
+        return np.mean(squares)
+
+
+@pytest.fixture(scope='session')
+def exact():
+    """Return what compares updates with the exact path of rendered frames."""
+    return ExactPath
+
+
 @pytest.fixture
 def calibrated(monkeypatch):
     """Let images be known to be registered, so that motions have no error of that."""
