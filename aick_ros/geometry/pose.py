@@ -192,6 +192,12 @@ def along_all_axes(along: float, about: float) -> np.ndarray:
     return covariance
 
 
+def sums_along_and_about(squares: np.ndarray) -> np.ndarray:
+    """Return the sums of six squares, of a twist or a pose: along the axes and about them, 2."""
+    sums: np.ndarray = squares.reshape(2, 3).sum(1)
+    return sums
+
+
 def in_axes(rotation: np.ndarray) -> np.ndarray:
     """Return the 6x6 matrix that expresses an error in rotated axes."""
     axes = np.zeros((6, 6))

@@ -38,7 +38,7 @@ are registered instead of 4.5 %, of those that overlap 97 % as before."""
 
 _SHARE_WITH_DEPTH = 0.5
 """Keypoints of a frame, by those sought of its keyframe, below which its depth is missing. Chosen:
-half of those that must be tracked are in view of a keyframe that serves on."""
+keypoints have depth, so that a frame has few where it has little."""
 
 _STAMPS = math.sqrt(6.0)
 """Errors of stamps in a motion that is expected, by that of one. Derived, at a constant rate: the
@@ -273,7 +273,6 @@ def _is_certain(covariance: np.ndarray) -> bool:
 def _is_doubtful(attempt: Attempt, prepared: PreparedFrame) -> bool:
     """Return whether no track confirms a pose, though depth may know better."""
     return (attempt.status.ok and attempt.registration.tracks is None
-            and not attempt.registration.is_by_colour
             and prepared.surface is not None
             and prepared.grey.shape == attempt.reference.prepared.grey.shape)
 

@@ -10,7 +10,8 @@ import math
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.geometry.pose import Increment, PoseWithCovariance, along_all_axes
+from aick_ros.geometry.pose import (
+    Increment, PoseWithCovariance, along_all_axes, sums_along_and_about)
 from aick_ros.settings import OdometrySettings
 
 _HALF_TURN = math.pi  # by definition: no two orientations differ by more
@@ -89,8 +90,8 @@ class MotionModel:
         twist, elapsed = increment.twist, abs(increment.interval)
         limits = elapsed * math.sqrt(3) * np.array([  # of the lengths of three components
             self._acceleration_sigma, self._angular_acceleration_sigma])
-        lengths = np.array([math.hypot(*twist[:3]), math.hypot(*twist[3:])])
-        squares: np.ndarray = np.minimum(limits, lengths) ** 2
+        squares: np.ndarray = np.minimum(
+            np.square(limits), sums_along_and_about(np.square(twist)))
         return squares
 
     def time_to_rest(self, twist: np.ndarray | None) -> float:

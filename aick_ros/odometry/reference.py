@@ -60,10 +60,10 @@ class Reference:
         of all but biases; None: the frame is a keyframe itself. By depth alone, the pose in the
         frame whose depth it was registered to.
     :param bias: between keypoints and depth, of that registration; None where it has none.
-    :param is_by_colour: whether that registration is by colour alone.
     :param loss: of a frame that was lost, what was known before: what is registered to that frame
         may follow something that moves in front of the camera, or depth that is wrong in both;
         None for other frames.
+    :param is_by_colour: whether it was registered to the keyframe by colour alone.
     """
 
     prepared: PreparedFrame

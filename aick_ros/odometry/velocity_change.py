@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.geometry.pose import Increment
+from aick_ros.geometry.pose import Increment, sums_along_and_about
 
 # Chosen on two excerpts of real recordings and on rendered cameras with stamps on arrival.
 _MEMORY = 30  # increments that the mean is over
@@ -60,7 +60,7 @@ class VelocityChange:
         here = increment.twist * (increment.interval / interval)
         before = self._twist if self._end == start.stamp else twist
         self._end, self._twist = end.stamp, here
-        return self._expected(_parts(np.square(here - before)),
+        return self._expected(sums_along_and_about(np.square(here - before)),
                               _noise(increment, interval, 0.5 * (here + before), end))
 
     def _expected(self, shown: np.ndarray, noise: np.ndarray) -> np.ndarray:
@@ -79,13 +79,8 @@ def _noise(increment: Increment, interval: float, twist: np.ndarray,
            end: PreparedFrame) -> np.ndarray:
     """Return the mean square of a difference of two increments by noise, of both parts, 2."""
     sigma = (end.stamp_jitter or 0.0) * (_CLOCK_ERROR if end.clock_correction else 1.0)
-    of_images = _parts(np.diag(increment.pose.covariance))  # half of each: biases cancel
-    of_stamps = _STAMPS * _OF_STAMPS * sigma ** 2 * _parts(np.square(twist))
+    # half of each of the two: biases cancel
+    of_images = sums_along_and_about(np.diag(increment.pose.covariance))
+    of_stamps = _STAMPS * _OF_STAMPS * sigma ** 2 * sums_along_and_about(np.square(twist))
     noise: np.ndarray = (of_images + of_stamps) / interval ** 2
     return noise
-
-
-def _parts(squares: np.ndarray) -> np.ndarray:
-    """Return the sums of six squares over translation and over rotation, 2."""
-    sums: np.ndarray = squares.reshape(2, 3).sum(1)
-    return sums

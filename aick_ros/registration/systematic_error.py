@@ -17,7 +17,7 @@ from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.geometry.pose import along_all_axes, at_point, in_axes
+from aick_ros.geometry.pose import along_all_axes, at_point, in_axes, sums_along_and_about
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.result import Registration, SensorBias
@@ -83,7 +83,8 @@ class SystematicError:
             # a velocity is no older than the frame that it was measured at
             change = se3.difference(motion, expected.at_constant_velocity) / min(
                 expected.elapsed, abs(interval))
-        timing = errors_of_stamps(motion, source, target, np.square(change).reshape(2, 3).sum(1))
+        timing = errors_of_stamps(
+            motion, source, target, sums_along_and_about(np.square(change)))
         # an error of the delay shifts the motion by this change, and in no other direction; so
         # does a velocity that lags
         along_change = np.outer(change, change)

@@ -62,10 +62,9 @@ class TrackedKeypoints:
             return source, failed(Status.TOO_FEW_MATCHES, f'{reason}, of {sought}')
         if refined.is_contradicted:
             return source, failed(Status.TOO_FEW_MATCHES, CONTRADICTION)
-        if not is_continued(refined.T_target_source, expected, self._sudden):
-            return source, _rough(refined, f'{reason} show a sudden motion')
-        if refined.fit is not None and refined.fit.is_of_known_objects:
-            return source, _rough(refined, f'{reason} are on what has moved before')
+        doubt = self._doubt(refined, expected)
+        if doubt:
+            return source, _rough(refined, f'{reason} {doubt}')
         if len(tracks) < SHARE_TRACKED * sought:
             return source, _rough(refined, f'{reason}, of {sought}')
         source = replaced(source, is_tracked=True, keypoints=_keypoints(
@@ -91,14 +90,21 @@ class TrackedKeypoints:
             return failed(Status.TOO_FEW_MATCHES, f'{reason}, of {sought}')
         if refined.is_contradicted:
             return failed(Status.TOO_FEW_MATCHES, CONTRADICTION)
-        if not is_continued(refined.T_target_source, expected, self._sudden):
-            return failed(Status.TOO_FEW_MATCHES, f'{reason} show a sudden motion')
-        if refined.fit is not None and refined.fit.is_of_known_objects:
-            return failed(Status.TOO_FEW_MATCHES, f'{reason} are on what has moved before')
+        doubt = self._doubt(refined, expected)
+        if doubt:
+            return failed(Status.TOO_FEW_MATCHES, f'{reason} {doubt}')
         return Registration(
             Status.OK, reason, refined.T_target_source, refined.covariance,
             np.empty((0, 2), np.intp), 0, support=count, evidence=Evidence.COLOUR_ALONE,
             systematic=refined.systematic)
+
+    def _doubt(self, refined: Refined, expected: ExpectedPose) -> str:
+        """Return why keypoints may not show the motion of the camera; '' if they do."""
+        if not is_continued(refined.T_target_source, expected, self._sudden):
+            return 'show a sudden motion'
+        if refined.fit is not None and refined.fit.is_of_known_objects:
+            return 'are on what has moved before'
+        return ''
 
 
 def _rough(refined: Refined, reason: str) -> Registration:

@@ -137,6 +137,15 @@ static void give_shape(const Mean *mean, const Matrix information, Matrix noise,
   multiply_sides(factor, false, noise);
 }
 
+// The mean over the unknowns of the covariance of a gradient, as a ratio to the information.
+static double mean_effect(const Matrix inverse, const Matrix noise) {
+  double effect = 0.0;
+  for (int i = 0; i < UNKNOWNS; ++i)
+    for (int j = 0; j < UNKNOWNS; ++j)
+      effect += inverse[i][j] * noise[i][j] / UNKNOWNS;
+  return effect;
+}
+
 // The estimate of a pose by residuals and a prior.
 typedef struct {
   double *error, (*covariance)[UNKNOWNS], (*expected)[UNKNOWNS], (*scatter)[UNKNOWNS];
@@ -157,7 +166,7 @@ static void set_covariance(const Matrix inverse, const Matrix noise, const Matri
 // equations too. Return false where there is no memory.
 static bool estimate(const Kind *kinds, const Py_ssize_t *ends, const Matrix prior,
                      const Mean *mean, Equations *of, Estimate *to) {
-  Matrix sum, inverse;
+  Matrix sum, inverse, with_prior;
   for (int k = 0; k < 2; ++k)
     add_equations(kinds[k].jacobian, kinds[k].values, kinds[k].weights, kinds[k].count,
                   *of->information, of->gradient);
@@ -171,10 +180,8 @@ static bool estimate(const Kind *kinds, const Py_ssize_t *ends, const Matrix pri
   for (int k = 0; k < 2; ++k)
     if (!add_gradient_noise(&kinds[k], ends[k], to->error, *of->noise))
       return false;
-  to->design_effect = 0.0;
-  for (int i = 0; i < UNKNOWNS; ++i)
-    for (int j = 0; j < UNKNOWNS; ++j)
-      to->design_effect += inverse[i][j] * (of->noise[i][j] + prior[i][j]) / UNKNOWNS;
+  add(of->noise, prior, with_prior);
+  to->design_effect = mean_effect(inverse, with_prior);
   set_covariance(inverse, of->noise, prior, to->covariance);
   give_shape(mean, sum, of->noise, to->scatter);
   set_covariance(inverse, of->noise, prior, to->expected);
@@ -250,10 +257,7 @@ typedef struct {
 // Raise the covariance of a gradient, in the mean over the unknowns, to a share of the information
 // where it is below.
 static void raise_to(double share, const Matrix information, const Matrix inverse, Matrix noise) {
-  double shown = 0.0;
-  for (int i = 0; i < UNKNOWNS; ++i)
-    for (int j = 0; j < UNKNOWNS; ++j)
-      shown += inverse[i][j] * noise[i][j] / UNKNOWNS;
+  const double shown = mean_effect(inverse, noise);
   for (int i = 0; i < UNKNOWNS && shown < share; ++i)
     for (int j = 0; j < UNKNOWNS; ++j)
       noise[i][j] += (share - shown) * information[i][j];

@@ -168,9 +168,8 @@ class Refinement:
 
         The keypoints tracked are those of the target; parameters as for :meth:`refine`.
         """
-        nearer = self._approach.nearer(source, target, T_target_source)
-        pose = T_target_source if nearer is None else nearer
-        tracks = self._tracker.track_back(source, target, pose, is_near=nearer is not None)
+        pose, is_near = self._approached(source, target, T_target_source)
+        tracks = self._tracker.track_back(source, target, pose, is_near)
         return self._solve(source, target, tracks, pose, predicted)
 
     def refine_without_depth(self, source: PreparedFrame, target: PreparedFrame,
@@ -183,9 +182,9 @@ class Refinement:
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
         :returns: ``tracked`` are keypoints of the target that the source sees.
         """
-        nearer = self._approach.nearer(source, target, T_target_source)
-        pose = se3.inverse(T_target_source if nearer is None else nearer)
-        tracks = self._tracker.track(target, source, pose, is_near=nearer is not None)
+        first, is_near = self._approached(source, target, T_target_source)
+        pose = se3.inverse(first)
+        tracks = self._tracker.track(target, source, pose, is_near)
         back = self._solve(target, source, tracks, pose, None)
         bias = np.zeros((6, 6))
         if target.surface is not None:  # poses of frames with depth follow that, too
@@ -194,6 +193,12 @@ class Refinement:
         found = back.pose.with_covariance(back.covariance - back.systematic).inverse()
         return replaced(back, T_target_source=found.matrix, covariance=found.covariance + bias,
                         systematic=bias)
+
+    def _approached(self, source: PreparedFrame, target: PreparedFrame,
+                    T_target_source: np.ndarray) -> tuple[np.ndarray, bool]:
+        """Return a pose brought near by a few keypoints of the target, and whether they do."""
+        nearer = self._approach.nearer(source, target, T_target_source)
+        return (T_target_source, False) if nearer is None else (nearer, True)
 
     def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
                pose: np.ndarray, predicted: Prediction | None,
