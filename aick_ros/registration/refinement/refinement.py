@@ -169,7 +169,7 @@ class Refinement:
         The keypoints tracked are those of the target; parameters as for :meth:`refine`.
         """
         pose, is_near = self._approached(source, target, T_target_source)
-        tracks = self._tracker.track_back(source, target, pose, is_near)
+        tracks = self._tracker.track_back(source, target, pose, is_near=is_near)
         return self._solve(source, target, tracks, pose, predicted)
 
     def refine_without_depth(self, source: PreparedFrame, target: PreparedFrame,
@@ -184,7 +184,7 @@ class Refinement:
         """
         first, is_near = self._approached(source, target, T_target_source)
         pose = se3.inverse(first)
-        tracks = self._tracker.track(target, source, pose, is_near)
+        tracks = self._tracker.track(target, source, pose, is_near=is_near)
         back = self._solve(target, source, tracks, pose, None)
         bias = np.zeros((6, 6))
         if target.surface is not None:  # poses of frames with depth follow that, too
