@@ -39,6 +39,8 @@ class PreparedFrame:
     :param repeat: images that are those of the frame before.
     :param twist: body velocity (vx, vy, vz, wx, wy, wz) of the camera [m/s, rad/s]; None where
         unknown.
+    :param twist_variances: 6, of the errors of the twist [m^2/s^2, rad^2/s^2]; None where they
+        are unknown, and none is expected.
     :param is_tracked: whether the keypoints are not its own, but those of another frame that were
         tracked into it.
     :param distortion: that the depth image is free of.
@@ -53,6 +55,7 @@ class PreparedFrame:
     stamp_jitter: float | None = 0.0
     repeat: Repeat = Repeat.NONE
     twist: np.ndarray | None = None
+    twist_variances: np.ndarray | None = None
     is_tracked: bool = False
     distortion: DepthDistortion = NO_DISTORTION
     settings: PreparationSettings | None = None
@@ -76,9 +79,9 @@ class PreparedFrame:
         """Sharpness of the colour image; measured only where it is asked for."""
         return Sharpness.of(self.grey)
 
-    def moving(self, twist: np.ndarray) -> PreparedFrame:
+    def moving(self, twist: np.ndarray, variances: np.ndarray | None) -> PreparedFrame:
         """Return the frame with a velocity, and with all that is known of its images."""
-        return self._with(twist=twist)
+        return self._with(twist=twist, twist_variances=variances)
 
     def with_keypoints(self, keypoints: KeypointFrame, is_tracked: bool) -> PreparedFrame:
         """Return the frame with other keypoints, and with all that is known of its image."""

@@ -89,7 +89,7 @@ class Attempts:
         :param views: what is known beside a reference, where the frame is expected in it.
         :param tracked: rough pose in the keyframe by tracking, 4x4; None: there is none.
         """
-        prepared, motion = self._moving(prepared, references.last, velocity.twist)
+        prepared, motion = self._moving(prepared, references.last, velocity)
         doubtful = []
         if prepared.repeat is not Repeat.COLOUR:
             expected = self._expected_pose(prepared, references.last.stamp, motion, velocity)
@@ -120,7 +120,7 @@ class Attempts:
         Without an expected motion there is no attempt; parameters as for :meth:`of`.
         """
         keyframe, last = references.keyframe, references.last
-        moving, motion = self._moving(prepared, last, velocity.twist)
+        moving, motion = self._moving(prepared, last, velocity)
         expected = self._expected_pose(prepared, last.stamp, motion, velocity)
         if expected is None:
             return prepared, None
@@ -128,13 +128,16 @@ class Attempts:
             moving, keyframe.prepared, expected.seen_from(_from(keyframe, last)))
         return tracked, self._checked(tracked, keyframe, registration)
 
-    def _moving(self, prepared: PreparedFrame, last: Reference, twist: np.ndarray | None
+    def _moving(self, prepared: PreparedFrame, last: Reference, velocity: Velocity
                 ) -> tuple[PreparedFrame, PoseWithCovariance | None]:
         """Return a frame with the velocity expected, and the motion since the last frame."""
+        twist = velocity.twist
         if not self._expected.is_known(last.stamp, prepared.stamp, twist):
             return prepared, None
         if twist is not None:
-            prepared = prepared.moving(self._expected.twist_at(prepared.stamp, twist))
+            prepared = prepared.moving(self._expected.twist_at(prepared.stamp, twist),
+                                       velocity.variances_after(
+                                           seconds(last.stamp, prepared.stamp)))
         return prepared, self._expected.between(last.stamp, prepared.stamp, twist)
 
     def _expected_pose(self, prepared: PreparedFrame, last: int, motion: PoseWithCovariance | None,
@@ -208,7 +211,8 @@ class Attempts:
         found = self._registrar.register_depth(prepared, *beside)
         if is_moving and found.status.ok:
             found = self._registrar.register_depth(
-                prepared.moving(_twist_by_depth(prepared, reference, found)), *beside)
+                prepared.moving(_twist_by_depth(prepared, reference, found),
+                                prepared.twist_variances), *beside)
         return self._checked(prepared, reference, found)
 
     def _checked(self, prepared: PreparedFrame, reference: Reference,

@@ -67,7 +67,7 @@ class KeyframeChoice:
         kept = self._registrar.prepared_like(reference.prepared, prepared)
         if self._is_kept(prepared, kept, attempt.seen, self._policy.advance):
             if kept.twist is None and prepared.twist is not None:  # as that of a first frame
-                kept = kept.moving(prepared.twist)
+                kept = kept.moving(prepared.twist, prepared.twist_variances)
             references.track(last, Reference(kept, reference.pose, loss=reference.loss))
         else:
             if prepared.is_tracked:

@@ -102,11 +102,11 @@ class KeyframeMemory:
         :param interval: since the frame before [s].
         :param effort: that the registration of the frame has taken.
         """
-        newest, twist = self._frames[self._newest], keyframe.prepared.twist
+        newest, prepared = self._frames[self._newest], keyframe.prepared
         if keyframe.stamp != newest.stamp:
             self._add(keyframe, detour)
-        elif newest.twist is None and twist is not None:  # as that of a first frame
-            self._frames[self._newest] = newest.moving(twist)
+        elif newest.twist is None and prepared.twist is not None:  # as that of a first frame
+            self._frames[self._newest] = newest.moving(prepared.twist, prepared.twist_variances)
         if interval >= _SLOW_INTERVAL:
             effort = Effort.LEAST
         if self._added and not self._puts_off(effort):

@@ -38,6 +38,7 @@ from aick_ros.odometry.plane import Plane
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.repeated_images import RepeatedImages, repeated
 from aick_ros.odometry.tracking import Tracking
+from aick_ros.odometry.unsteadiness import Unsteadiness
 from aick_ros.odometry.update import OdometryUpdate
 from aick_ros.odometry.velocity import Velocity
 from aick_ros.odometry.velocity_change import VelocityChange
@@ -86,6 +87,7 @@ class Odometry:
         self._times = StageTimes()
         self._learned = Learned()
         self._increment_bias, self._velocity_change = IncrementBias(), VelocityChange()
+        self._unsteadiness = Unsteadiness()
         self._gyroscope = Gyroscope(settings.imu, settings.odometry)
         self._other = OtherOdometry(settings.odometry)
         self._path = Path(settings, self._gyroscope.rotation)
@@ -362,7 +364,8 @@ class Odometry:
             self._velocity = self._velocity.by_depth(increment, prepared.stamp, self._motion_model)
         else:
             self._gyroscope.learn(reference.stamp, prepared.stamp, attempt.seen.pose)
-            velocity = Velocity.by_keypoints(increment, prepared.stamp)
+            self._unsteadiness.learn(increment, prepared.stamp)
+            velocity = Velocity.by_keypoints(increment, prepared.stamp, self._unsteadiness.squares)
             if references.is_return_to(reference):  # that increment is over all of the gap
                 velocity = velocity.with_twist(self._velocity.twist)
             self._velocity = velocity
@@ -388,7 +391,7 @@ class Odometry:
                 prepared.stamp, attempt.reference.pose.matrix @ attempt.registration.pose)
             if velocity is not None:
                 twist = np.concatenate([velocity, twist[3:]])
-        return prepared.moving(twist)
+        return prepared.moving(twist, self._velocity.variances_after(increment.interval))
 
     def _effort_for(self, prepared: PreparedFrame, attempt: Attempt,
                     references: References) -> Effort:

@@ -22,7 +22,6 @@ from aick_ros.registration.refinement.distortion_estimate import DistortionEstim
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.new_views import NewViews
-from aick_ros.registration.refinement.problem import mean_depth_lag
 from aick_ros.registration.result import Registration
 from aick_ros.registration.samples import Measure
 from aick_ros.registration.systematic_error import SystematicError
@@ -89,10 +88,8 @@ class Learned:
                                target: PreparedFrame,
                                expected: ExpectedPose | None) -> Registration:
         """Learn from the bias of a registration; return it with what no residual shows."""
-        misalignment = self.misalignment.misalignment
         return self.systematic_error.add_to(
-            found, source, target, expected, misalignment.delay + mean_depth_lag(source, target),
-            self.misalignment.delay_sigma, misalignment.colour_readout)
+            found, source, target, expected, self.misalignment.delay_sigma)
 
     def recognized(self, found: Registration, source: PreparedFrame,
                    target: PreparedFrame) -> Registration:

@@ -11,7 +11,7 @@ import numpy as np
 
 from aick_ros.geometry import se3
 
-_CHANGE = 1.25
+CHANGE = 1.25
 """Change of the velocity up to a frame, by that of its mean over the interval before the frame.
 
 Chosen on two excerpts of real recordings and on rendered cameras: 1.5 would be the velocity at
@@ -44,5 +44,5 @@ class Prediction:
         """Return the body velocity at a measured pose, 6."""
         deviation = se3.inverse(self.T_target_source) @ T_target_source
         measured = se3.log(se3.exp(self.twist * self.elapsed) @ deviation) / self.elapsed
-        twist: np.ndarray = self.twist + _CHANGE * (measured - self.twist)
+        twist: np.ndarray = self.twist + CHANGE * (measured - self.twist)
         return twist

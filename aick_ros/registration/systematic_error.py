@@ -47,13 +47,6 @@ smallest one measured."""
 
 _ROW_VARIANCE = 1 / 12  # derived: of the times of rows, evenly from the first to the last
 
-_VELOCITY_LAG = 0.75
-"""Age of the velocity that a delay or a shutter is corrected by, in intervals between frames.
-
-Chosen: the velocity of the frame that is registered errs by 0.55 to 0.75 of the change in one
-interval, of the turn rate of rendered cameras at 10 to 30 Hz, and that of earlier frames by 0.5 to
-0.75."""
-
 _ACROSS = np.array([1.0, 1.0, 0.0, 1.0, 1.0, 0.0])  # by definition: components across the axis
 
 
@@ -65,15 +58,13 @@ class SystematicError:
         self._normalised = _PRIOR_NORMALISED  # mean normalised squared bias
 
     def add_to(self, registration: Registration, source: PreparedFrame, target: PreparedFrame,
-               expected: ExpectedPose | None = None, delay: float = 0.0,
-               delay_sigma: float = 0.0, readout: float = 0.0) -> Registration:
+               expected: ExpectedPose | None = None, delay_sigma: float = 0.0) -> Registration:
         """
         Return a registration with the covariance of these errors too.
 
         :param expected: of which the pose at constant velocity counts; None: it is unknown.
-        :param delay: time from the colour to the depth image that the pose is corrected by [s].
-        :param delay_sigma: its standard deviation [s].
-        :param readout: of the colour image that the pose is corrected by [s].
+        :param delay_sigma: standard deviation of the time from the colour to the depth image
+            that the pose is corrected by [s].
         """
         if not registration.status.ok:
             return registration
@@ -85,16 +76,13 @@ class SystematicError:
                 expected.elapsed, abs(interval))
         timing = errors_of_stamps(
             motion, source, target, sums_along_and_about(np.square(change)))
-        # an error of the delay shifts the motion by this change, and in no other direction; so
-        # does a velocity that lags
-        along_change = np.outer(change, change)
-        lag = _lag_squared(delay) * along_change + _errors_of_shutter(change, readout, source)
-        unusual = delay_sigma ** 2 * along_change
+        # an error of the delay shifts the motion by this change, and in no other direction
+        unusual = delay_sigma ** 2 * np.outer(change, change)
         if registration.bias is not None:
             unusual += along_all_axes(*self._unusual(registration.bias))
             self._learn(registration.bias)
         return replaced(
-            registration, covariance=registration.covariance + timing + lag + unusual,
+            registration, covariance=registration.covariance + timing + unusual,
             timing=timing, unusual=unusual)
 
     def _unusual(self, bias: SensorBias) -> tuple[float, float]:
@@ -108,29 +96,6 @@ class SystematicError:
     def _learn(self, bias: SensorBias) -> None:
         self._count = min(self._count + 1, _MEMORY)
         self._normalised += (bias.normalised - self._normalised) / self._count
-
-
-def _errors_of_shutter(change: np.ndarray, readout: float, frame: PreparedFrame) -> np.ndarray:
-    """
-    Return the covariance that a shutter adds which is corrected by a velocity that lags, 6x6.
-
-    The image stays sheared and stretched, in proportion to the row. A pose fits that best by a
-    turn about the optical axis and by a motion along it: derived, by least squares over the image.
-
-    :param change: of the velocity in one interval [m/s, rad/s].
-    :param readout: that is corrected [s].
-    """
-    camera, depth = frame.frame.camera, frame.scene_depth
-    covariance = np.zeros((6, 6))
-    if readout and depth > 0.0:
-        width, height = camera.width / camera.fx, camera.height / camera.fy
-        share = height / (height ** 2 + width ** 2)
-        sheared = change[0] / depth + change[4]  # rates at which what is seen moves in the image
-        stretched = change[1] / depth - change[3]
-        variance = _lag_squared(share * readout)
-        covariance[2, 2] = variance * (depth * stretched) ** 2
-        covariance[5, 5] = variance * sheared ** 2
-    return covariance
 
 
 def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: PreparedFrame,
@@ -236,12 +201,3 @@ def _latency_sigma(jitter: float) -> float:
     It shifts the motion by the change of the velocity, in a third per axis.
     """
     return min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
-
-
-def _lag_squared(delay: float) -> float:
-    """
-    Return the mean square of a delay times the lag of the velocities that correct it [s^2].
-
-    Both frames are off by the lag of their velocities; that of the target is taken for parallel.
-    """
-    return 2 * (_VELOCITY_LAG * delay) ** 2

@@ -83,9 +83,10 @@ def test_bare_it_has_the_images_of_registrations_alone():
 def test_what_is_known_of_the_image_is_known_of_a_frame_that_differs_from_it(change):
     before = dataclasses.replace(prepared([1.0, 4.0, 2.0]), grey=np.eye(32, dtype=np.uint8))
     known, depth, others = before.sharpness, before.scene_depth, prepared([3.0]).keypoints
-    changes = {'twist': np.ones(6)} if change == 'velocity' else {
-        'keypoints': others, 'is_tracked': True}
-    after = (before.moving(changes['twist']) if change == 'velocity'
+    twist, variances = np.ones((2, 6))
+    changes = {'keypoints': others, 'is_tracked': True} if change == 'keypoints' else {
+        'twist': twist, 'twist_variances': variances}
+    after = (before.moving(twist, variances) if change == 'velocity'
              else before.with_keypoints(others, is_tracked=True))
     expected = dataclasses.replace(before, **changes)
     for field in dataclasses.fields(PreparedFrame):

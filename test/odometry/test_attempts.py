@@ -36,6 +36,7 @@ class View:
     repeat: Repeat = Repeat.NONE
     surface: str = 'a room'
     twist: np.ndarray | None = None
+    twist_variances: np.ndarray | None = None
     depth_lag: float = 0.0
     stamp_jitter: float | None = 0.0
     keypoints: range = range(300)
@@ -47,8 +48,8 @@ class View:
     def bare(self):
         return self
 
-    def moving(self, twist):
-        return dataclasses.replace(self, twist=twist)
+    def moving(self, twist, variances):
+        return dataclasses.replace(self, twist=twist, twist_variances=variances)
 
 
 class Registrar:
@@ -327,11 +328,12 @@ def stamp(seconds):
 def test_a_frame_is_tracked_from_the_keyframe_with_its_velocity_and_expected_there(moved):
     expected, registrar = Expected(), Playing()
     tracked, attempt = Attempts(Settings(), registrar, expected).by_tracking(
-        view(0.3), moved, Velocity(TWIST, confirmed=stamp(0.05)))
+        view(0.3), moved, Velocity(TWIST, confirmed=stamp(0.05), unsteadiness=np.arange(6.0)))
     assert expected.asked[:2] == [('is_known', stamp(0.1), stamp(0.3), TWIST),
                                   ('between', stamp(0.1), stamp(0.3), TWIST)]
     (source, target, pose), = registrar.given
     np.testing.assert_allclose(source.twist, np.r_[TWIST[:3], 0.3 * RATE])
+    np.testing.assert_allclose(source.twist_variances, 0.2 ** 2 * np.arange(6.0))
     assert target is moved.keyframe.prepared and pose.elapsed == pytest.approx(0.25)
     for given, motion in ((pose.T_target_source, MOTION), (pose.steady, STEADY)):
         np.testing.assert_allclose(given, se3.inverse(

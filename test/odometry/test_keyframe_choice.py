@@ -29,6 +29,7 @@ class View:
     is_bare: bool = False
     as_seen_by: int | None = None
     twist: str | None = 'its own'
+    twist_variances: str | None = 'known'
 
     def is_blurred_beside(self, other):
         return self.sharpness < other.sharpness
@@ -36,8 +37,8 @@ class View:
     def bare(self):
         return replace(self, is_bare=True)
 
-    def moving(self, twist):
-        return replace(self, twist=twist)
+    def moving(self, twist, variances):
+        return replace(self, twist=twist, twist_variances=variances)
 
 
 @pytest.fixture(autouse=True)
@@ -130,16 +131,18 @@ def test_the_frame_that_serves_on_is_as_the_last_one_saw_it(to_keyframe):
 
 @pytest.mark.parametrize('known, expected', [(None, 'of the next'), ('its own', 'its own')])
 def test_a_first_keyframe_has_the_velocity_of_the_frame_after_it(known, expected):
-    first = Reference(View(0, twist=known), pose_at(0))
+    first = Reference(View(0, twist=known, twist_variances=known), pose_at(0))
     references = References(first)
     choice = KeyframeChoice(Settings(), SimpleNamespace(
         prepared_like=lambda target, source: target))
     choice._policy = Policy(True)
-    last = Reference(View(1, twist='of the next'), pose_at(1), pose_at(8))
+    last = Reference(View(1, twist='of the next', twist_variances='of the next'), pose_at(1),
+                     pose_at(8))
     choice.advance(references, last, SimpleNamespace(
         reference=references.keyframe, seen=SEEN,
         registration=SimpleNamespace(is_by_depth=False)))
-    assert references.keyframe.prepared.twist == expected
+    keyframe = references.keyframe.prepared
+    assert (keyframe.twist, keyframe.twist_variances) == (expected, expected)
 
 
 @pytest.mark.parametrize('is_tracked, kind', [

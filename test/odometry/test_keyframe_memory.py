@@ -159,10 +159,11 @@ def test_an_earlier_frame_that_becomes_the_keyframe_again_is_where_it_was():
 def test_a_first_keyframe_is_kept_with_the_velocity_that_the_next_frame_shows():
     first, twist = Reference(prepared(0), PoseWithCovariance.identity()), np.arange(6.0)
     memory = KeyframeMemory(Settings(), NoisyRegistrar([], np.random.default_rng(0)), first)
-    moving = dataclasses.replace(first, prepared=first.prepared.moving(twist))
+    moving = dataclasses.replace(first, prepared=first.prepared.moving(twist, twist ** 2))
     for keyframe in (first, moving, moving):
         memory.track(keyframe, np.eye(4), NO_DETOUR, INTERVAL)
     assert np.array_equal(memory.frames[0].twist, twist)
+    assert np.array_equal(memory.frames[0].twist_variances, twist ** 2)
 
 
 def test_the_local_map_is_seen_from_where_the_camera_is():

@@ -200,6 +200,23 @@ def test_in_the_dark_a_frame_has_the_velocity_that_depth_shows(made):
         assert is_shown == 4 * [bool(dark)]
 
 
+def test_a_frame_has_the_errors_of_its_velocity_from_the_third_increment_on(made):
+    """As the camera is faster with each frame, but for the second one, by as much."""
+    def path(stamp):
+        elapsed = (stamp - START) / NANOSECONDS
+        return se3.exp([2.0 * max(elapsed - PERIOD, 0.0) ** 2, 0, 0, 0, 0, 0])
+
+    odometry, registrar = made(path)
+    updates = [odometry.register_frame(frame(number)) for number in range(6)]
+    known = [update.prepared.twist_variances for update in updates]
+    assert known[:4] == 4 * [None]
+    # a half of the change to the next interval, less a quarter of that to the one before
+    speeds = np.diff([path(stamp_of(number))[0, 3] for number in range(5)]) / PERIOD
+    changes = np.diff(speeds)
+    error = 0.5 * changes[1] - 0.25 * changes[0]
+    np.testing.assert_allclose(known[4], [1.4 * error ** 2, 0, 0, 0, 0, 0], rtol=1e-3, atol=1e-9)
+
+
 def test_the_systematic_error_that_two_registrations_share_is_none_of_their_increment(made):
     odometry, registrar = made(lambda stamp: se3.exp([
         0.3 * (stamp - START) / NANOSECONDS, 0, 0, 0, 0, 0]))

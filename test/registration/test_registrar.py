@@ -18,6 +18,7 @@ from aick_ros.geometry.stamps import RESTART_AFTER, seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.learned import Learned
+from aick_ros.registration.refinement import problem
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
@@ -290,17 +291,23 @@ def test_the_lag_of_the_depth_is_that_of_the_acquisitions(jitters):
 
 
 @pytest.mark.parametrize('lag, delay', [(0.008, 0.0), (0.0, 0.02), (0.008, 0.02), (-0.01, 0.02)])
-def test_errors_by_delays_are_those_of_all_that_is_corrected(frames, lag, delay):
+def test_errors_by_delays_are_those_of_all_that_is_corrected(monkeypatch, frames, lag, delay):
     """Of the lag that the stamps show, and of the delay that they do not."""
-    delays = []
-    known = SimpleNamespace(add_to=lambda found, source, target, expected, total, *_:
-                            delays.append(total) or found)
-    registrar = Registrar(with_values(Settings(), {'misalignment.delay': delay}),
-                          learned=Learned(systematic_error=known))
+    delays, errors = set(), np.diag([1e-4, 0, 0, 0, 0, 0])
+
+    def errors_of_velocities(solution, source, target, misalignment, lag):
+        delays.add(misalignment.delay + lag)
+        return errors
+
+    registrar = Registrar(with_values(Settings(), {'misalignment.delay': delay}))
     target, source = (registrar.prepare(dataclasses.replace(
         frame, depth_stamp=frame.stamp + round(1e9 * lag))) for frame in frames[:2])
-    registrar.register(source, target)
-    assert delays == [pytest.approx(lag + delay, abs=2e-3)]
+    without = Registrar(with_values(Settings(), {'misalignment.delay': delay})).register(
+        source, target)
+    monkeypatch.setattr(problem, 'errors_of_velocities', errors_of_velocities)
+    found = registrar.register(source, target)
+    assert list(delays) == [pytest.approx(lag + delay, abs=2e-3)]
+    np.testing.assert_allclose(found.covariance - without.covariance, errors, atol=1e-12)
 
 
 @pytest.mark.parametrize('steady', [None, se3.exp([0.01, 0, 0, 0, 0.02, 0])])

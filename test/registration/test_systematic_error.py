@@ -4,7 +4,6 @@
 """Covariance of unusual bias and of stamps, against closed forms and random noise."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,11 +17,10 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.expected_pose import ExpectedPose
-from aick_ros.registration.prediction import Prediction
 from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import (
-    SystematicError, _errors_of_shutter, errors_of_offset, errors_of_optics, errors_of_scale)
+    SystematicError, errors_of_offset, errors_of_optics, errors_of_scale)
 
 NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the bias
 OWN = se3.skew([0.1, 0.2, 0.3]) @ se3.skew([0.1, 0.2, 0.3]).T
@@ -217,25 +215,6 @@ def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
         (22 * jitter * 0.01 / PERIOD) ** 2 / 3)
 
 
-def test_a_delay_is_corrected_by_a_velocity_that_lags():
-    """By less than is said at constant acceleration; hands change theirs, and poses have noise."""
-    acceleration, delay = 2.0, -0.02
-    means = [0.5 + acceleration * PERIOD * i for i in range(2)]
-    slow, fast = (se3.exp([velocity * PERIOD, 0, 0, 0, 0, 0]) for velocity in means)
-    complete = used().add_to(registration(fast), view(1 + PERIOD), view(1),
-                             ExpectedPose(slow, PERIOD), delay)
-    velocity = Prediction(slow, [means[0], 0, 0, 0, 0, 0] * np.ones(6), PERIOD).twist_with(fast)[0]
-    error = 0.75 * delay * (means[1] - means[0])
-    assert 0.3 < delay * (means[1] + acceleration * PERIOD / 2 - velocity) / error < 0.5
-    # of each of two frames, along the change; half of it counts between two of one keyframe
-    np.testing.assert_allclose(complete.covariance - OWN, np.diag([2 * error ** 2] + 5 * [0.0]),
-                               atol=1e-12)
-    assert complete.unusual[0, 0] == 0.0
-    steady = used().add_to(registration(fast), view(1 + PERIOD), view(1),
-                           ExpectedPose(fast, PERIOD), delay)
-    np.testing.assert_allclose(steady.covariance, OWN, atol=1e-12)
-
-
 def test_a_delay_that_is_not_certain_adds_its_error_times_the_change_of_the_motion():
     """One camera sees the motion later than the other: the error is along the change alone."""
     sigma, changes = 0.01, np.random.default_rng(2).normal(0, 0.2, 6)
@@ -341,42 +320,6 @@ def test_a_lens_that_bends_rays_lets_motions_seem_longer(axis):
     least, most = (0.97, 1.03) if axis == 2 else (0.5, 2.0)
     assert (axis == 5 and off[axis] < 1e-9 > sigma) or least < sigma / off[axis] < most
     assert not errors_of_optics(motion, errors, np.eye(6), WIDE).any()  # depth has another lens
-
-
-def test_a_shutter_that_is_corrected_by_a_velocity_that_lags_shears_and_stretches():
-    """The turn about the axis and the motion along it that fit best what is left of a wall."""
-    narrow = Camera(640, 480, 2400.0, 2400.0, 319.5, 239.5)
-    readout, depth, change = 0.02, 2.0, np.array([0.3, -0.2, 0.0, 0.4, -0.5, 0.0])
-    frame = SimpleNamespace(frame=SimpleNamespace(camera=narrow), scene_depth=depth)
-    rays = narrow.normalize(np.mgrid[:640:8, :480:8].reshape(2, -1).T + 3.5)
-    points = depth * np.column_stack([rays, np.ones(len(rays))])
-    times = 0.75 * readout * rays[:, 1:] / 0.2  # the image is 0.2 high
-    off = -times * (change[:3] + np.cross(change[3:], points))
-    project = np.array([[[1, 0, -x / z], [0, 1, -y / z]] / z for x, y, z in points])
-    shift = np.einsum('nij,nj->ni', project, off)
-    x, y = rays.T
-    turn = (x @ shift[:, 1] - y @ shift[:, 0]) / (x @ x + y @ y)
-    along = depth * (x @ shift[:, 0] + y @ shift[:, 1]) / (x @ x + y @ y)
-    found = _errors_of_shutter(change, readout, frame)
-    np.testing.assert_allclose(np.diag(found), 2 * np.array([0, 0, along, 0, 0, turn]) ** 2,
-                               rtol=0.1)
-    assert not found[~np.eye(6, dtype=bool)].any()
-
-
-@pytest.mark.parametrize('depth, is_added', [(2.0, True), (np.nan, False)])
-def test_a_shutter_that_is_corrected_adds_what_a_velocity_that_lags_leaves(depth, is_added):
-    source = view(1 + PERIOD)
-    vars(source)['scene_depth'] = depth  # cached, as of keypoints
-    change = np.array([0.3, -0.2, 0.0, 0.4, -0.5, 0.0])
-    moved = se3.exp(change * PERIOD)
-    expected = ExpectedPose(np.eye(4), PERIOD)
-    without, complete = (used().add_to(registration(moved), source, view(1), expected,
-                                       readout=readout) for readout in (0.0, 0.02))
-    added = complete.covariance - without.covariance
-    np.testing.assert_allclose(
-        added, _errors_of_shutter(se3.difference(moved, np.eye(4)) / PERIOD, 0.02, source),
-        atol=1e-15)
-    assert added.any() == is_added
 
 
 def test_focal_lengths_err_by_what_follows_each():

@@ -58,6 +58,7 @@ class Told:
                      'track_depth': residuals(rng, tracks, 10.0),
                      'point_to_plane': residuals(rng, 200, 20.0)}
         self.told['track_steps'] = 'a pose', 'a step'
+        self.told['errors_of_velocities'] = np.zeros((6, 6))
         for name in self.told:
             monkeypatch.setattr(problem, name, lambda *of, name=name: self._tell(name, of))
         monkeypatch.setattr(problem, 'misalignment_sample', lambda *of: self.given.setdefault(
@@ -363,6 +364,22 @@ def test_without_a_surface_the_tracks_are_corrected_all_the_same(tell, corrected
     told = tell(depth=('target',))
     told.problem.correct(LATE, TWISTS[0], POSE)
     assert [kind for kind, *_ in corrected] == ['tracks']
+
+
+def test_velocities_that_the_frames_are_corrected_by_err(tell, corrected):
+    told = tell()
+    told.problem.correct(LATE, TWISTS[0], POSE)
+    without = told.problem.finish(POSE)
+    solution, source, target, misalignment, lag = told.given['errors_of_velocities']
+    assert solution.T_target_source is without.T_target_source
+    assert solution.tracks is told.problem._tracks
+    assert [solution.keypoints, *solution.depth] == [
+        told.told['reprojection'], told.told['point_to_plane']]
+    np.testing.assert_array_equal(solution.gain, without.bias.gain)
+    assert (source, target) == (told.source, told.target) and misalignment is LATE
+    assert lag == pytest.approx(np.mean(LAGS))
+    told.told['errors_of_velocities'] = errors = np.diag(np.arange(1.0, 7.0))
+    np.testing.assert_allclose(told.problem.finish(POSE).covariance - without.covariance, errors)
 
 
 def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, corrected):
