@@ -22,6 +22,7 @@ from aick_ros.odometry.inertial.force_integral import AS_GIVEN, ForceIntegral
 from aick_ros.odometry.inertial.gravity_filter import GravityFilter
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.inertial.level import UP, Level, Turn, level_orientation
+from aick_ros.odometry.inertial.rest_check import RestCheck
 from aick_ros.odometry.inertial.sample_check import SampleCheck
 from aick_ros.odometry.inertial.start_check import StartCheck
 from aick_ros.settings import ImuSettings
@@ -66,6 +67,7 @@ class Gravity:
         self._settings = settings
         self._turn = turn
         self._samples = SampleCheck('accelerometer', 'm/s^2', _LARGEST_FORCE)
+        self._rest_check = RestCheck(self._samples)
         self._forces = ForceIntegral()
         self._T_camera_imu = np.eye(4)  # in the axes of the camera
         self._has_gyroscope = False
@@ -101,6 +103,7 @@ class Gravity:
         self._filter = None
         self._level = Level()
         self._start_check.restart()
+        self._rest_check.restart()
         self._levelled_at: int | None = None  # stamp of the force by which the start is level [ns]
         self._is_held &= self.start is None  # before a level start there is nothing to end yet
         self._stamp: int | None = None  # of the last pose
@@ -131,6 +134,11 @@ class Gravity:
     @property
     def _is_doubted(self) -> bool:
         return bool(self._samples.unchanged) or self._disagreement.is_suspected
+
+    @property
+    def _is_stuck(self) -> bool:
+        """A value that never changes, and is not that of a sensor without noise at rest."""
+        return self._rest_check.doubt == 1.0
 
     @property
     def _is_for_displacements(self) -> bool:
@@ -172,7 +180,7 @@ class Gravity:
     @property
     def complaint(self) -> str:
         """The contradiction of the samples to gravity or camera; '' where there is none."""
-        if self._samples.unchanged:
+        if self._is_stuck:
             return self._samples.unchanged
         if self._missed_for >= _MISSED:
             return (f'the accelerometer measures {self._no_gravity:.2f} m/s^2, and gravity is '
@@ -213,8 +221,8 @@ class Gravity:
         self._T_camera_imu[:3, 3] = samples.position
         self._has_gyroscope |= bool(np.isfinite(samples.turn_rates).any())
         self._forces.add(*self._samples.usable(samples.stamps, samples.accelerations))
-        if self._levelled_at is not None and self._samples.is_unchanged_since(self._levelled_at):
-            self._start_check.note(1.0, is_shown=False)  # it has shown nothing at the start
+        self._rest_check.add(samples)
+        self._check_start()
 
     def begin(self, stamp: int) -> PoseWithCovariance | None:
         """Return the level pose of a first frame; None: what is up is not known."""
@@ -297,6 +305,7 @@ class Gravity:
         """
         is_level = self.start is not None and self._settings.gravity
         self._retry(stamp)
+        self._rest_check.note(stamp + self._offset, measured)
         if not is_level and not self._is_for_displacements:
             return
         elapsed = _LONGEST_STEP if self._stamp is None else seconds(self._stamp, stamp)
@@ -363,7 +372,7 @@ class Gravity:
 
     def _first_force(self, stamp: int) -> np.ndarray | None:
         """Return the mean force before a frame, 3, in its axes; None: it is not known."""
-        force = None if self._samples.unchanged else first_force(
+        force = None if self._is_stuck else first_force(
             self._forces, self._turn, stamp, self._offset)
         if force is None:
             return None
@@ -385,6 +394,12 @@ class Gravity:
         """Begin with a first pose at a position, 3 [m], level by a force that has the bias, 3."""
         self._level.begin(position, tilt_variance(force, self._settings.accelerometer_bias_sigma))
         self._levelled_at = stamp + self._offset
+        self._check_start()
+
+    def _check_start(self) -> None:
+        """Doubt a level start whose force may be that of a sensor which has been stuck since."""
+        if self._levelled_at is not None and self._samples.is_unchanged_since(self._levelled_at):
+            self._start_check.note(self._rest_check.doubt, is_shown=False)
 
     def _note(self, agrees: bool) -> None:
         """Note whether a position is the one expected; begin anew, and again, where it is not."""

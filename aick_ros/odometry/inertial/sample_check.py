@@ -26,21 +26,27 @@ class SampleCheck:
         self.dropped = 0
         """Number of samples that could not be used."""
         self._last: int | None = None
-        self._value = np.full(3, np.nan)
-        self._unchanged_since = 0
+        self.value = np.full(3, np.nan)
+        """The last value that was used, 3; NaN where there is none."""
+        self.unchanged_since = 0
+        """Stamp of the first sample that has this value, as all after it [ns]."""
 
     @property
     def unchanged(self) -> str:
         """The value that is unchanged for half a second, in words; '' where there is none."""
-        if self._last is None or self._last - self._unchanged_since <= _STUCK:
+        if self._last is None or self._last - self.unchanged_since <= _STUCK:
             return ''
-        x, y, z = self._value
+        x, y, z = self.value
         return (f'the {self._name} has reported ({x:g}, {y:g}, {z:g}) {self._unit} for '
-                f'{seconds(self._unchanged_since, self._last):.1f} s')
+                f'{seconds(self.unchanged_since, self._last):.1f} s')
 
     def is_unchanged_since(self, stamp: int) -> bool:
         """Return whether the value is :attr:`unchanged`, and was the same at a stamp [ns]."""
-        return bool(self.unchanged) and self._unchanged_since <= stamp
+        return bool(self.unchanged) and self.unchanged_since <= stamp
+
+    def was_unchanged_at(self, stamp: int) -> bool:
+        """Return whether a sample with the last value is at a stamp [ns] or on each side of it."""
+        return self._last is not None and self.unchanged_since <= stamp <= self._last
 
     def usable(self, stamps: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """
@@ -86,11 +92,11 @@ class SampleCheck:
 
     def _note(self, stamps: np.ndarray, values: np.ndarray) -> None:
         """Note since when the value is that of the last sample."""
-        before = np.concatenate([self._value[None], values[:-1]])
+        before = np.concatenate([self.value[None], values[:-1]])
         changes = values != before
         changes[1:] |= (stamps[1:] < stamps[:-1])[:, None]
         changes[0] |= self._last is None or int(stamps[0]) < self._last
         changed = np.flatnonzero(changes) // 3  # values of each sample
         if len(changed):
-            self._unchanged_since = int(stamps[changed[-1]])
-        self._value, self._last = values[-1], int(stamps[-1])
+            self.unchanged_since = int(stamps[changed[-1]])
+        self.value, self._last = values[-1], int(stamps[-1])

@@ -13,8 +13,8 @@ class StartCheck:
     Doubt of a level start, until a motion that shows what is up has agreed with it for long.
 
     A sensor that is wrong is contradicted in some frames and not in others. So the largest doubt
-    remains until then. One that has reported a single value since before the start is as wrong as
-    one that is contradicted: where up was, it has not measured.
+    remains until then. One that is stuck since before the start is as wrong as one that is
+    contradicted: where up was, it has not measured.
     """
 
     def __init__(self) -> None:
@@ -30,8 +30,8 @@ class StartCheck:
         """
         Note a frame.
 
-        :param suspicion: probability that the sensor is wrong, by recent comparisons; 1 where it
-            is stuck.
+        :param suspicion: probability that the sensor is wrong, by recent comparisons; that it
+            is stuck, where its value never changes.
         :param is_shown: whether the motion shows what is up; at rest all directions agree.
         """
         if self._agreed_for >= _CONFIRMED:

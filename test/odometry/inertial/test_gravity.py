@@ -331,6 +331,31 @@ def test_a_sensor_that_measures_again_is_believed_once_a_motion_has_agreed(recor
     assert late[0][-1, 1] < 3.0 * np.degrees(tilt_sigmas(late[1]).max()) < 20.0
 
 
+def without_noise(path, seconds=4):
+    """Return the samples of a simulated IMU without noise or bias, from a second before on."""
+    return imu_samples(path, START - NANOSECONDS, START + seconds * NANOSECONDS,
+                       ImuModel(PERFECT, PERFECT, rate=100.0), np.random.default_rng(0))
+
+
+@pytest.mark.parametrize('path', [resting, moving])
+def test_one_without_noise_at_rest_is_used_with_a_small_doubt(path):
+    """Its value is the same until the camera moves."""
+    rows, gravity = follow(without_noise(path), path, seconds=4, drift=0.0)
+    assert gravity.start is not None and gravity.complaint == ''
+    assert rows[0, 1] < 0.5
+    assert np.radians(5.7) < tilt_sigmas(gravity).max() < np.radians(9.0)
+
+
+def test_one_that_is_stuck_at_the_gravity_of_a_simulator_is_named_once_the_camera_moves():
+    """It moves from 0.3 s on."""
+    samples = stuck(without_noise(moving), -2.0)
+    _, gravity = follow(samples, seconds=0.3, drift=0.0)
+    assert gravity.start is not None and gravity.complaint == ''
+    _, gravity = follow(samples, seconds=1.3, drift=0.0)
+    assert gravity.complaint.startswith('the accelerometer has reported')
+    np.testing.assert_allclose(tilt_sigmas(gravity), 1.0)
+
+
 def test_a_start_that_is_held_is_as_without_an_accelerometer_that_is_stuck(held):
     gravity, measured, _ = held(1, lambda forces: np.full_like(forces, [0.0, -9.0, 3.0]))
     first = gravity.start.copy()

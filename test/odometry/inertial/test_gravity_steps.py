@@ -151,12 +151,12 @@ def test_what_is_far_from_gravity_is_none(play, strength, is_level):
     assert (played.gravity.begin(START) is not None) == is_level
 
 
-def test_without_a_force_or_with_one_that_never_changes_nothing_is_level(play):
+def test_without_a_force_or_with_one_that_is_stuck_nothing_is_level(play):
     played = play(0)
-    for force, unchanged in ((None, ''), (FORCE, 'it is stuck')):
+    for force, doubt in ((None, 0.0), (FORCE, 1.0)):
         played.gravity.reset()
         played.force = force
-        played.gravity._samples = SimpleNamespace(unchanged=unchanged)
+        played.gravity._rest_check = SimpleNamespace(doubt=doubt, restart=lambda: None)
         assert played.gravity.begin(START) is None and played.gravity.start is None
 
 

@@ -68,6 +68,13 @@ def test_a_value_is_unchanged_since_a_stamp(check, count, asked, is_so):
     assert check.is_unchanged_since(asked * PERIOD) is is_so
 
 
+def test_a_value_is_unchanged_from_its_first_sample_to_the_last(check):
+    assert not check.was_unchanged_at(0)
+    used(check, PERIOD * np.arange(4), [1, 2, 2, 2])
+    assert [check.was_unchanged_at(PERIOD * at) for at in range(5)] == [
+        False, True, True, True, False]
+
+
 def test_it_was_no_longer_unchanged_than_since_a_restart(check):
     used(check, [100 * NANOSECONDS], [0.5])
     used(check, np.arange(1, 52) * PERIOD, [0.5] * 51)
