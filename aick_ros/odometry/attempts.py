@@ -168,7 +168,7 @@ class Attempts:
         if expected is not None and len(prepared.keypoints) < _SHARE_WITH_DEPTH * sought:
             yield self._checked(prepared, keyframe, self._registrar.register_colour(
                 prepared, keyframe.prepared,
-                expected.seen_from(_from(keyframe, references.last))))
+                expected.seen_from(_from(keyframe, references.last)), not references.is_lost))
 
     def _is_near_by_depth(self, prepared: PreparedFrame, elapsed: float) -> bool:
         """

@@ -405,7 +405,7 @@ class Odometry:
     def _lose(self, prepared: PreparedFrame, failure: Attempt,
               references: References) -> OdometryUpdate:
         """Predict the pose of a frame that could not be registered."""
-        self._is_lost = True
+        self._is_lost = references.is_lost = True
         last, twist = references.last, self._velocity.twist
         pose = self._path.move_to(last.pose @ self._expected.without_images(
             last.stamp, prepared.stamp, twist))

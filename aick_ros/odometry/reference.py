@@ -148,6 +148,8 @@ class References:
         self.lost_in_the_dark: Reference | None = None
         self._turn = 0
         self.loss: Loss | None = None
+        self.is_lost = False
+        """Loss of the frame before, also of one that is not kept."""
 
     def track(self, last: Reference, keyframe: Reference) -> None:
         """Advance to a tracked frame and the keyframe that the next one is registered to."""
@@ -163,6 +165,7 @@ class References:
         self.keyframe, self.last, self.depth_reference = keyframe, last, None
         self.earlier_depth_references.clear()
         self._lost, self.lost_in_the_dark, self._turn = None, None, 0
+        self.is_lost = False
 
     def track_by_depth(self, last: Reference, reference: Reference) -> None:
         """Advance to a frame that was registered to the depth image of another."""
@@ -170,6 +173,7 @@ class References:
             self.earlier_depth_references.append(self.depth_reference)
         self.last, self.depth_reference = last, reference
         self._lost, self.lost_in_the_dark, self._turn = None, None, 0
+        self.is_lost = False
 
     def lose(self, lost: Reference) -> None:
         """Keep a lost frame: the next one may show the same place."""

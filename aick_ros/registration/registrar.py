@@ -198,12 +198,14 @@ class Registrar:
         return source, self._taught_by(found, source, target, expected)
 
     def register_colour(self, source: PreparedFrame, target: PreparedFrame,
-                        expected: ExpectedPose) -> Registration:
+                        expected: ExpectedPose, is_followed: bool = False) -> Registration:
         """
         Return the pose of the source in the target by its colour image alone.
 
-        The depth of the target places its keypoints. It fails without a refinement; parameters as
-        for :meth:`register`.
+        The depth of the target places its keypoints. It fails without a refinement; other
+        parameters are as for :meth:`register`.
+
+        :param is_followed: whether the frame before was tracked, so that fewer keypoints suffice.
         """
         _require_frames(source, target)
         expected = required(expected, ExpectedPose, 'the pose expected').checked()
@@ -211,7 +213,8 @@ class Registrar:
             return failed(Status.TOO_FEW_MATCHES, 'no refinement')
         target = self._alike(target, source)
         with self._times.stage('refinement'):
-            found = self._tracked_keypoints.register_without_depth(source, target, expected)
+            found = self._tracked_keypoints.register_without_depth(
+                source, target, expected, is_followed)
         return self._taught_by(found, source, target, expected)
 
     def contradicts(self, source: PreparedFrame, target: PreparedFrame,

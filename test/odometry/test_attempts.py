@@ -57,7 +57,7 @@ class Registrar:
 
     def __init__(self, doubt=False):
         self._doubt = doubt
-        self.by_keypoints, self.by_depth = [], []
+        self.by_keypoints, self.by_depth, self.followed = [], [], []
 
     def register(self, source, target, expected, tracked):
         assert tracked is None
@@ -69,8 +69,9 @@ class Registrar:
         self.by_depth.append((expected, unobserved))
         return dataclasses.replace(FOUND, evidence=Evidence.DEPTH_ALONE)
 
-    def register_colour(self, source, target, expected):
+    def register_colour(self, source, target, expected, is_followed):
         self.by_keypoints.append(expected)
+        self.followed.append(is_followed)
         return dataclasses.replace(FOUND, evidence=Evidence.COLOUR_ALONE)
 
 
@@ -140,6 +141,14 @@ def test_colour_alone_is_tried_where_depth_is_missing(references, keypoints, is_
     assert order(now, references) == BY_KEYPOINTS + by_colour + BY_DEPTH
     assert order(now, references, doubt=True) == by_colour + BY_DEPTH + BY_KEYPOINTS
     assert order(now, references, twist=None) == BY_KEYPOINTS + BY_DEPTH  # nothing is expected
+
+
+@pytest.mark.parametrize('is_lost', [False, True])
+def test_colour_alone_knows_whether_the_frame_before_was_tracked(references, is_lost):
+    references.is_lost, registrar = is_lost, Registrar()
+    list(attempts_by(registrar).of(view(0.2, keypoints=range(0)), references,
+                                   Velocity(np.zeros(6)), none_known))
+    assert registrar.followed == [not is_lost]
 
 
 def test_a_colour_image_that_repeats_shows_no_motion(references):

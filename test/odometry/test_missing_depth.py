@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.odometry import Odometry
+from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -70,6 +71,17 @@ def test_also_with_other_settings(exact, rendered, name, value):
     updates = updates_of(rendered[0], MISSING, with_values(Settings(), {name: value}))
     assert {updates[i].evidence for i in MISSING} == {Evidence.COLOUR_ALONE}
     assert max(exact.error(update, *rendered)[0] for update in updates) < 0.006
+
+
+def test_it_is_known_whether_the_frame_before_was_tracked(rendered, monkeypatch):
+    """By colour alone; two frames are dark."""
+    followed, original = [], Registrar.register_colour
+    monkeypatch.setattr(Registrar, 'register_colour', lambda *given: (
+        followed.append(given[-1]) or original(*given)))
+    frames = [dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
+              if i in (7, 8) else frame for i, frame in enumerate(rendered[0])]
+    updates_of(frames[:11], MISSING)
+    assert followed == [True, True, True, False, False, True]
 
 
 def test_without_depth_and_light_the_camera_is_lost(rendered):

@@ -74,7 +74,7 @@ class Registrar:
             return failed(Status.TOO_FEW_MATCHES, 'dark')
         return self._found(source, target, Evidence.KEYPOINTS)
 
-    def register_colour(self, source, target, expected):
+    def register_colour(self, source, target, expected, is_followed):
         return failed(Status.TOO_FEW_MATCHES, 'dark')
 
     def register_depth(self, source, target, expected, unobserved, others):

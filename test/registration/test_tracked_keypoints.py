@@ -154,13 +154,13 @@ class Back:
 def play(made):
     """Return the function that registers two frames by a refinement of known answers."""
     def play(tracked=60, known=100, error=np.zeros(6), elapsed=LONG, settings=Settings(),
-             on_objects=0.0, method='register'):
+             on_objects=0.0, method='register', **how):
         expected = made.pose()
         play.back = Back(made, expected @ se3.exp(error), tracked, known, on_objects)
         play.views = (made.prepared(2, 0, twist=np.arange(1.0, 7.0)), made.prepared(1, known))
         play.expected = expected
         return getattr(TrackedKeypoints(settings, play.back), method)(
-            *play.views, ExpectedPose(expected, elapsed))
+            *play.views, ExpectedPose(expected, elapsed), **how)
     return play
 
 
@@ -319,6 +319,13 @@ def test_without_depth_too_little_evidence_is_no_pose(play, changes, reason):
     assert (found.status, found.reason) == (
         Status.TOO_FEW_MATCHES, f'by colour alone, {reason}')
     assert not found.is_rough
+
+
+@pytest.mark.parametrize('tracked, known, is_pose', [
+    (25, 100, True), (24, 100, False), (12, 20, True), (11, 20, False)])
+def test_without_depth_a_frame_after_a_tracked_one_needs_fewer_keypoints(
+        play, tracked, known, is_pose):
+    assert play(tracked, known, is_followed=True, **WITHOUT_DEPTH).status.ok == is_pose
 
 
 def test_without_depth_a_pose_that_depth_contradicts_is_none(play, monkeypatch):
