@@ -406,7 +406,9 @@ class Odometry:
               references: References) -> OdometryUpdate:
         """Predict the pose of a frame that could not be registered."""
         self._is_lost = references.is_lost = True
-        last, twist = references.last, self._velocity.twist
+        last = references.last
+        # increments by colour alone have so much noise that the filtered velocity errs less
+        twist = last.prepared.twist if last.is_by_colour else self._velocity.twist
         pose = self._path.move_to(last.pose @ self._expected.without_images(
             last.stamp, prepared.stamp, twist))
         lost = Reference(prepared, pose, loss=references.loss_before(

@@ -8,6 +8,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from aick_ros.geometry import se3
+from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry import Odometry
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence
@@ -82,6 +84,24 @@ def test_it_is_known_whether_the_frame_before_was_tracked(rendered, monkeypatch)
               if i in (7, 8) else frame for i, frame in enumerate(rendered[0])]
     updates_of(frames[:11], MISSING)
     assert followed == [True, True, True, False, False, True]
+
+
+@pytest.mark.parametrize('missing', [range(5, 20), range(0)])
+def test_after_colour_alone_the_filtered_velocity_is_held(rendered, missing):
+    """By colour alone an increment has more noise; after others it is held as it was."""
+    odometry = Odometry()
+    *_, before = (odometry.register_frame(without_depth(frame) if i in missing else frame)
+                  for i, frame in enumerate(rendered[0][:10]))
+    dark = dataclasses.replace(rendered[0][10], depth=np.full_like(rendered[0][10].depth, np.nan),
+                               colour=np.zeros_like(rendered[0][10].colour))
+    filtered, measured = before.prepared.twist, before.increment.twist
+    assert np.abs(filtered - measured)[:3].max() > 0.002
+    assert not odometry.register_frame(dark).status.ok
+    last = odometry._references.last
+    moved = se3.inverse(last.pose.matrix) @ odometry._path._pose.matrix
+    elapsed = seconds(before.stamp, dark.stamp)
+    np.testing.assert_allclose(se3.log(moved) / elapsed, filtered if missing else measured,
+                               atol=1e-6)
 
 
 def test_without_depth_and_light_the_camera_is_lost(rendered):
