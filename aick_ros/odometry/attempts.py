@@ -98,7 +98,8 @@ class Attempts:
                     doubtful.append(attempt)
                 else:
                     yield attempt
-            yield from self._by_colour(prepared, references, expected)
+            yield from self._by_colour(prepared, references, expected or self._from_rest(
+                prepared, references.last.stamp, velocity))
         last = references.last.stamp
         if motion is None and self._is_near_by_depth(prepared, seconds(last, prepared.stamp)):
             motion = self._expected.between(last, prepared.stamp, None)
@@ -149,6 +150,19 @@ class Attempts:
         return ExpectedPose(motion.matrix, seconds(velocity.confirmed, prepared.stamp),
                             None if steady is None else steady.matrix,
                             _timing(velocity.twist, prepared.stamp_jitter or 0.0))
+
+    def _from_rest(self, prepared: PreparedFrame, last: int,
+                   velocity: Velocity) -> ExpectedPose | None:
+        """
+        Return the pose of a frame soon after a first one, of a stamp [ns], if the camera rests.
+
+        None: its velocity is known, or was. What is tracked has to agree with rest to 5 cm and
+        3 deg, and with the acceleration of a camera that begins to move.
+        """
+        elapsed = seconds(last, prepared.stamp)
+        if velocity.twist is not None or not self._motion_model.holds(elapsed):
+            return None
+        return ExpectedPose(np.eye(4), elapsed)
 
     def _by_keypoints(self, prepared: PreparedFrame, references: References,
                       expected: ExpectedPose | None, tracked: np.ndarray | None

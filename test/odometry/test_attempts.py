@@ -127,8 +127,7 @@ def test_depth_alone_is_tried_as_long_as_the_motion_is_limited(references, keypo
     for twist in (np.zeros(6), None):
         before, after = (view(0.1 + limit + margin, keypoints=keypoints)
                          for margin in (-0.01, 0.01))
-        is_expected = twist is not None and limit == 0.3
-        by_colour = BY_COLOUR if is_expected and len(keypoints) < 150 else []
+        by_colour = BY_COLOUR if limit == 0.3 and len(keypoints) < 150 else []
         assert order(before, references, twist=twist) == BY_KEYPOINTS + by_colour + BY_DEPTH
         assert order(after, references, twist=twist) == BY_KEYPOINTS
 
@@ -140,7 +139,22 @@ def test_colour_alone_is_tried_where_depth_is_missing(references, keypoints, is_
     now = view(0.2, keypoints=range(keypoints))
     assert order(now, references) == BY_KEYPOINTS + by_colour + BY_DEPTH
     assert order(now, references, doubt=True) == by_colour + BY_DEPTH + BY_KEYPOINTS
-    assert order(now, references, twist=None) == BY_KEYPOINTS + BY_DEPTH  # nothing is expected
+    assert order(now, references, twist=None) == BY_KEYPOINTS + by_colour + BY_DEPTH  # from rest
+
+
+@pytest.mark.parametrize('elapsed, twist, is_tried', [
+    (0.29, None, True), (0.31, None, False), (0.31, np.zeros(6), False)])
+def test_by_colour_alone_a_camera_of_unknown_velocity_is_expected_to_rest(
+        references, elapsed, twist, is_tried):
+    """For the hold time."""
+    registrar = Registrar()
+    found = attempts_by(registrar).of(view(0.1 + elapsed, keypoints=range(0)), references,
+                                      Velocity(twist), none_known)
+    assert is_tried == any(
+        attempt.registration.evidence is Evidence.COLOUR_ALONE for attempt in found)
+    if is_tried:
+        np.testing.assert_array_equal(registrar.by_keypoints[-1].T_target_source, np.eye(4))
+        assert registrar.by_keypoints[-1].elapsed == pytest.approx(elapsed)
 
 
 @pytest.mark.parametrize('is_lost', [False, True])

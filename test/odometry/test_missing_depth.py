@@ -67,6 +67,13 @@ def test_every_second_frame_may_have_no_depth(exact, rendered):
     assert max(exact.error(update, *rendered)[0] for update in updates[2:]) < 0.003
 
 
+def test_the_first_frame_may_be_the_only_one_with_depth(exact, rendered):
+    """A camera that moves is found by the second one: by the first it has moved too suddenly."""
+    updates = updates_of(rendered[0], range(1, COUNT))
+    assert all(update.status.ok for update in updates[2:])
+    assert max(exact.error(update, *rendered)[0] for update in updates[2:]) < 0.003
+
+
 @pytest.mark.parametrize('name, value', [('refinement.mode', 'keypoints'),
                                          ('odometry.aick_interval', 4)])
 def test_also_with_other_settings(exact, rendered, name, value):
