@@ -210,3 +210,9 @@ def at_point(arm: np.ndarray) -> np.ndarray:
     jacobian = np.eye(6)
     jacobian[:3, 3:] = -se3.skew(arm)
     return jacobian
+
+
+def of_inverse(pose: np.ndarray) -> np.ndarray:
+    """Return the 6x6 matrix that makes of an error of a pose, 4x4, that of its inverse."""
+    jacobian: np.ndarray = -in_axes(pose[:3, :3].T) @ at_point(-pose[:3, 3])
+    return jacobian

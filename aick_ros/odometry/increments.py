@@ -77,10 +77,11 @@ class Increments:
         changes = (self._motion_model.changes_unseen(increment) if twist is None
                    else self._change.squares(increment, last.prepared, prepared, twist))
         timing = errors_of_stamps(motion.matrix, prepared, last.prepared, changes,
-                                  float(self._misalignment.readout_covariance[0, 0]),
                                   unknown_jitter=MAX_SCATTER)
+        by_readout = last.readout_error(seen)
+        shutter = self._misalignment.readout_covariance * np.outer(by_readout, by_readout)
         return self._with_scale(Increment(
-            motion.with_covariance(motion.covariance + offset + optics + timing),
+            motion.with_covariance(motion.covariance + offset + optics + timing + shutter),
             increment.interval))
 
     def _with_scale(self, increment: Increment) -> Increment:

@@ -356,6 +356,7 @@ class Odometry:
         prepared = self._with_velocity(prepared, attempt, increment)
         last = Reference(prepared, self._path.fused(reference.pose @ registration.image_pose),
                          in_keyframe=attempt.seen.unbiased_pose, bias=attempt.seen.bias,
+                         by_readout=attempt.seen.by_readout,
                          is_by_colour=attempt.seen.is_by_colour)
         effort = self._effort_for(prepared, attempt, references)
         interval = seconds(references.last.stamp, prepared.stamp)

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.pose import PoseWithCovariance, at_point, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.registration.result import Registration, SensorBias
@@ -60,6 +60,7 @@ class Reference:
         of all but biases; None: the frame is a keyframe itself. By depth alone, the pose in the
         frame whose depth it was registered to.
     :param bias: between keypoints and depth, of that registration; None where it has none.
+    :param by_readout: 6, of that registration: its errors by the readout of colour [m/s, rad/s].
     :param loss: of a frame that was lost, what was known before: what is registered to that frame
         may follow something that moves in front of the camera, or depth that is wrong in both;
         None for other frames.
@@ -70,6 +71,7 @@ class Reference:
     pose: PoseWithCovariance
     in_keyframe: PoseWithCovariance | None = None
     bias: SensorBias | None = None
+    by_readout: np.ndarray = field(default_factory=lambda: np.zeros(6))
     loss: Loss | None = None
     is_by_colour: bool = False
 
@@ -114,6 +116,19 @@ class Reference:
             arm = registration.T_target_source[:3, 3] - self.in_keyframe.translation
             bias = registration.bias.since(self.bias, arm, _OWN_NOISE, self.in_keyframe.rotation)
         return motion.with_covariance(own * motion.covariance + systematic), bias
+
+    def readout_error(self, registration: Registration) -> np.ndarray:
+        """
+        Return by how much :meth:`motion_to` errs by the readout of colour, 6 [m/s, rad/s].
+
+        Two registrations to one keyframe have in common what its velocity makes of it.
+        """
+        if self.in_keyframe is None:
+            return registration.by_readout
+        arm = registration.T_target_source[:3, 3] - self.in_keyframe.translation
+        error: np.ndarray = in_axes(self.in_keyframe.rotation.T) @ (
+            registration.by_readout - at_point(arm) @ self.by_readout)
+        return error
 
 
 class References:

@@ -153,6 +153,8 @@ class Registration:
     :param is_rough: whether it is the first part of a registration, which has to go on from there;
         where the status is not OK, whether AICK, or other keypoints, may confirm the pose.
     :param fit: of the tracks; None without a refinement.
+    :param by_readout: 6, by how much the pose errs by the readout of colour that is not corrected
+        [m/s, rad/s].
     """
 
     status: Status
@@ -172,6 +174,7 @@ class Registration:
     overlap: float = 1.0
     is_rough: bool = False
     fit: Fit | None = None
+    by_readout: np.ndarray = field(default_factory=lambda: np.zeros(6))
 
     @property
     def is_by_depth(self) -> bool:

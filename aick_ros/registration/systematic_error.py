@@ -45,8 +45,6 @@ Derived: the root mean square of delays from 5 to 35 ms. Measured on a Kinect: 1
 stamps jitter by 1.2 to 3.3 ms. All of it counts from a jitter of 1 ms on; chosen, below the
 smallest one measured."""
 
-_ROW_VARIANCE = 1 / 12  # derived: of the times of rows, evenly from the first to the last
-
 _ACROSS = np.array([1.0, 1.0, 0.0, 1.0, 1.0, 0.0])  # by definition: components across the axis
 
 
@@ -99,25 +97,21 @@ class SystematicError:
 
 
 def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: PreparedFrame,
-                     changes: np.ndarray, readout_variance: float = 0.0,
-                     unknown_jitter: float = 0.0) -> np.ndarray:
+                     changes: np.ndarray, unknown_jitter: float = 0.0) -> np.ndarray:
     """
     Return the covariance that errors of two stamps add to a motion, 6x6.
 
     :param motion: ``T_target_source`` as the images show it, 4x4.
     :param changes: squares of the change of the velocity since it was measured, of translation
         and rotation, 2 [m^2/s^2, rad^2/s^2].
-    :param readout_variance: of the time that a rolling shutter takes [s^2]. What is not corrected
-        of it is an error of the time of each row.
     :param unknown_jitter: where there were too few stamps to show any [s].
     """
     shown = [each.stamp_jitter for each in (source, target) if each.stamp_jitter is not None]
     jitter = max(shown, default=unknown_jitter)
-    latency_variance = _latency_sigma(jitter) ** 2 + _ROW_VARIANCE * readout_variance
     covariance = np.empty((6, 6))
     kernels.stamp_errors(
         motion, source.twist, target.twist, changes, seconds(target.stamp, source.stamp),
-        stamp_sigma(jitter) ** 2, latency_variance / 3, covariance)
+        stamp_sigma(jitter) ** 2, _latency_sigma(jitter) ** 2 / 3, covariance)
     return covariance
 
 

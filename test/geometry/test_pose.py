@@ -12,7 +12,7 @@ from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
 
 from aick_ros.errors import InputError
-from aick_ros.geometry.pose import Increment, PoseWithCovariance, unknown_covariance
+from aick_ros.geometry.pose import Increment, PoseWithCovariance, of_inverse, unknown_covariance
 
 VECTORS = arrays(np.float64, 3, elements=st.floats(-3.0, 3.0))
 MATRICES = st.builds(lambda turn, way: np.block([
@@ -235,3 +235,11 @@ def test_where_less_is_known_of_the_start_than_of_the_end_nothing_was_added(rng)
 def test_rotation_and_translation_are_parts_of_the_matrix(rng):
     pose = random_pose(rng)
     np.testing.assert_array_equal(np.c_[pose.rotation, pose.translation], pose.matrix[:3])
+
+
+def test_an_error_of_a_pose_is_one_of_its_inverse(rng):
+    matrix, error = random_matrix(rng), rng.normal(0, 1e-6, 6)
+    inverse = np.linalg.inv(matrix)
+    np.testing.assert_allclose(
+        with_error(inverse, of_inverse(matrix) @ error),
+        np.linalg.inv(with_error(matrix, error)), atol=1e-10)

@@ -3,6 +3,8 @@
 
 """What the odometry hands from one of its parts to the next while it tracks."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -299,16 +301,9 @@ def test_an_increment_is_since_the_last_frame_with_the_terms_of_sensors(
     assert_same(update.increment.pose, seen.pose @ parts.with_terms)
 
 
-@pytest.mark.parametrize('readout', [0.0, 0.012])
-def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_to, monkeypatch,
-                                                       readout):
-    """
-    Of 5 ms each along the motion, and of 22 ms in common by what the velocity changes.
-
-    Times of rows by a shutter of an unknown readout are even over it: of a twelfth of its square.
-    """
+def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_to):
+    """Of 5 ms each along the motion, and of 22 ms in common by what the velocity changes."""
     parts.stamp_jitter = 0.004
-    monkeypatch.setattr(MisalignmentEstimate, 'readout_covariance', np.array([[readout ** 2]]))
     tracked(attempt_to(), attempt_to())
     last = parts.asked('KeyframeChoice', 'advance')[0][1]
     (before, *_), (seen, _, stamp) = parts.asked('ExpectedMotion', 'fused_increment')
@@ -321,7 +316,30 @@ def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_t
     np.testing.assert_allclose(
         seen.pose.covariance - of_images,
         2 * 0.005 ** 2 * np.outer(velocity, velocity)
-        + (0.022 ** 2 + readout ** 2 / 12) / 3 * np.diag(parts.changes.repeat(3)), atol=1e-12)
+        + 0.022 ** 2 / 3 * np.diag(parts.changes.repeat(3)), atol=1e-12)
+
+
+def test_an_increment_has_the_error_of_a_readout_that_is_not_known(
+        parts, tracked, attempt_to, monkeypatch):
+    rng, first, second = np.random.default_rng(4), attempt_to(), attempt_to()
+
+    def rolled(attempt, by_readout):
+        return lambda *given: dataclasses.replace(attempt(*given), seen=dataclasses.replace(
+            attempt(*given).seen, by_readout=by_readout))
+
+    increments = []
+    for sigma in (0.0, 0.012):
+        monkeypatch.setattr(MisalignmentEstimate, 'readout_covariance', np.array([[sigma ** 2]]))
+        tracked(*(rolled(each, by) for each, by in zip((first, second), rng.normal(size=(2, 6)))))
+        increments += parts.asked('ExpectedMotion', 'fused_increment')[-2:]
+    without, known = ([seen.pose.covariance for seen, *_ in each]
+                      for each in (increments[:2], increments[2:]))
+    last = parts.asked('KeyframeChoice', 'advance')[-2][1]
+    by_first, by_second = last.by_readout, parts.attempt.seen.by_readout
+    for added, by in zip(np.subtract(known, without), (
+            by_first, last.readout_error(parts.attempt.seen))):
+        np.testing.assert_allclose(added, 0.012 ** 2 * np.outer(by, by), atol=1e-15)
+    assert not np.allclose(by_first, by_second)
 
 
 def test_the_first_increment_has_the_errors_of_stamps_that_may_jitter(

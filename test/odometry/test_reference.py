@@ -40,6 +40,18 @@ def poses():
     return [se3.exp(rng.normal(0, 0.3, 6)) for _ in range(2)]
 
 
+def test_errors_of_two_poses_in_a_keyframe_are_one_of_the_motion_between_them(poses):
+    errors = 1e-5 * np.random.default_rng(7).normal(size=(2, 6))
+    off = [se3.perturbed(*each) for each in zip(poses, errors)]
+    registered = [dataclasses.replace(registered_at(PoseWithCovariance(pose)), by_readout=by)
+                  for pose, by in zip(poses, errors)]
+    before = Reference(VIEW, ORIGIN, registered[0].pose, by_readout=errors[0])
+    expected = se3.difference(se3.inverse(off[0]) @ off[1], se3.inverse(poses[0]) @ poses[1])
+    np.testing.assert_allclose(before.readout_error(registered[1]), expected, atol=1e-9)
+    of_keyframe = Reference(VIEW, ORIGIN)
+    np.testing.assert_array_equal(of_keyframe.readout_error(registered[1]), errors[1])
+
+
 def test_the_motion_between_two_frames_of_a_keyframe(poses):
     """Three frames with equal noise: the keyframe's is in both registrations and cancels."""
     rng = np.random.default_rng(6)

@@ -18,7 +18,7 @@ from aick_ros.geometry.stamps import RESTART_AFTER, seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.expected_pose import ExpectedPose
 from aick_ros.registration.learned import Learned
-from aick_ros.registration.refinement import problem
+from aick_ros.registration.refinement.shutters import Shutters
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
@@ -295,7 +295,7 @@ def test_errors_by_delays_are_those_of_all_that_is_corrected(monkeypatch, frames
     """Of the lag that the stamps show, and of the delay that they do not."""
     delays, errors = set(), np.diag([1e-4, 0, 0, 0, 0, 0])
 
-    def errors_of_velocities(solution, source, target, misalignment, lag):
+    def errors_of(shutters, misalignment, lag):
         delays.add(misalignment.delay + lag)
         return errors
 
@@ -304,7 +304,7 @@ def test_errors_by_delays_are_those_of_all_that_is_corrected(monkeypatch, frames
         frame, depth_stamp=frame.stamp + round(1e9 * lag))) for frame in frames[:2])
     without = Registrar(with_values(Settings(), {'misalignment.delay': delay})).register(
         source, target)
-    monkeypatch.setattr(problem, 'errors_of_velocities', errors_of_velocities)
+    monkeypatch.setattr(Shutters, 'errors', errors_of)
     found = registrar.register(source, target)
     assert list(delays) == [pytest.approx(lag + delay, abs=2e-3)]
     np.testing.assert_allclose(found.covariance - without.covariance, errors, atol=1e-12)

@@ -24,8 +24,7 @@ from aick_ros.registration.refinement.refined import Refined
 from aick_ros.registration.refinement.residuals import (
     PRIOR, NormalEquations, PlaneResiduals, Residuals, contradict, point_to_plane, reprojection,
     squared_errors, track_depth, track_steps)
-from aick_ros.registration.refinement.velocity_errors import (
-    Solution, errors_of_velocities)
+from aick_ros.registration.refinement.shutters import Shutters, Solution
 from aick_ros.registration.result import Fit, SensorBias
 from aick_ros.registration.samples import Measure, MisalignmentSample, NoiseSample, PosesByKind
 from aick_ros.registration.tracks import FEWEST_TO_CONFIRM, Tracks
@@ -136,9 +135,10 @@ class Problem:
                                 noise.keypoint_scatter.shape)
         depth = Estimate.of(by_depth, 1.0, noise.depth_bias, noise.depth_scatter.shape)
         joint, covariance, gain = joint_estimate(keypoints, depth, pose, noise.bias)
-        covariance = covariance + errors_of_velocities(
-            Solution(joint, self._tracks, by_keypoints[0], by_depth, gain), self._source,
-            self._target, self._misalignment, mean_depth_lag(self._source, self._target))
+        shutters = Shutters(Solution(joint, self._tracks, by_keypoints[0], by_depth, gain),
+                            self._source, self._target)
+        covariance = covariance + shutters.errors(
+            self._misalignment, mean_depth_lag(self._source, self._target))
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
         bias, measure = None, None
         if by_depth:
@@ -152,7 +152,8 @@ class Problem:
         agreeing = np.flatnonzero(self._objects.kept)[inliers]
         return Refined(joint, covariance, noise.bias, self._seen[agreeing],
                        contradict(by_keypoints[1]), bias, measure,
-                       self._fit(by_keypoints[0], inliers, agreeing, joint))
+                       self._fit(by_keypoints[0], inliers, agreeing, joint),
+                       shutters.by_readout(self._twists))
 
     def _fit(self, errors: Residuals, inliers: np.ndarray, agreeing: np.ndarray,
              pose: np.ndarray) -> Fit:

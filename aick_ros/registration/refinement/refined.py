@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class Refined:
     :param measure: measures what the residuals show of the camera; None where too few keypoints
         are tracked, or depth does not show the pose.
     :param fit: of the images to the pose.
+    :param by_readout: 6, by how much the pose errs by the readout of colour that is not corrected
+        [m/s, rad/s].
     """
 
     T_target_source: np.ndarray
@@ -43,6 +45,7 @@ class Refined:
     bias: SensorBias | None = None
     measure: Measure | None = None
     fit: Fit | None = None
+    by_readout: np.ndarray = field(default_factory=lambda: np.zeros(6))
 
     @property
     def pose(self) -> PoseWithCovariance:
@@ -59,4 +62,5 @@ class Refined:
         return replace(
             registration, T_target_source=self.T_target_source, covariance=self.covariance,
             systematic=self.systematic, bias=self.bias, support=len(self.tracked),
-            tracks=self.tracked, measure=self.measure, fit=self.fit, reason=reason)
+            tracks=self.tracked, measure=self.measure, fit=self.fit,
+            by_readout=self.by_readout, reason=reason)

@@ -15,6 +15,7 @@ import numpy as np
 from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import of_inverse
 from aick_ros.registration.prediction import Prediction
 from aick_ros.registration.refinement.approach import Approach
 from aick_ros.registration.refinement.first_tracks import FirstTracks
@@ -192,7 +193,8 @@ class Refinement:
                 back.tracked.displacement(source.frame.camera.fx)).bias
         found = back.pose.with_covariance(back.covariance - back.systematic).inverse()
         return replaced(back, T_target_source=found.matrix, covariance=found.covariance + bias,
-                        systematic=bias)
+                        systematic=bias,
+                        by_readout=of_inverse(back.T_target_source) @ back.by_readout)
 
     def _approached(self, source: PreparedFrame, target: PreparedFrame,
                     T_target_source: np.ndarray) -> tuple[np.ndarray, bool]:

@@ -47,6 +47,19 @@ def residuals(rng, count, scale):
                      rng.uniform(0.1, 1.0, count), rng.integers(0, 40, count))
 
 
+class Moving:
+    """Shutters that add told errors."""
+
+    added = np.zeros((6, 6))
+
+    def errors(self, *asked):
+        self.asked = asked
+        return self.added
+
+    def by_readout(self, twists):
+        return twists[0] - twists[1]
+
+
 class Told:
     """A problem of two frames with told residuals, and notes of what they were asked for."""
 
@@ -58,7 +71,7 @@ class Told:
                      'track_depth': residuals(rng, tracks, 10.0),
                      'point_to_plane': residuals(rng, 200, 20.0)}
         self.told['track_steps'] = 'a pose', 'a step'
-        self.told['errors_of_velocities'] = np.zeros((6, 6))
+        self.told['Shutters'] = self.shutters = Moving()
         for name in self.told:
             monkeypatch.setattr(problem, name, lambda *of, name=name: self._tell(name, of))
         monkeypatch.setattr(problem, 'misalignment_sample', lambda *of: self.given.setdefault(
@@ -370,7 +383,8 @@ def test_velocities_that_the_frames_are_corrected_by_err(tell, corrected):
     told = tell()
     told.problem.correct(LATE, TWISTS[0], POSE)
     without = told.problem.finish(POSE)
-    solution, source, target, misalignment, lag = told.given['errors_of_velocities']
+    solution, source, target = told.given['Shutters']
+    misalignment, lag = told.shutters.asked
     assert solution.T_target_source is without.T_target_source
     assert solution.tracks is told.problem._tracks
     assert [solution.keypoints, *solution.depth] == [
@@ -378,8 +392,10 @@ def test_velocities_that_the_frames_are_corrected_by_err(tell, corrected):
     np.testing.assert_array_equal(solution.gain, without.bias.gain)
     assert (source, target) == (told.source, told.target) and misalignment is LATE
     assert lag == pytest.approx(np.mean(LAGS))
-    told.told['errors_of_velocities'] = errors = np.diag(np.arange(1.0, 7.0))
-    np.testing.assert_allclose(told.problem.finish(POSE).covariance - without.covariance, errors)
+    told.shutters.added = errors = np.diag(np.arange(1.0, 7.0))
+    refined = told.problem.finish(POSE)
+    np.testing.assert_allclose(refined.covariance - without.covariance, errors)
+    np.testing.assert_array_equal(refined.by_readout, TWISTS[0] - TWISTS[1])
 
 
 def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, corrected):

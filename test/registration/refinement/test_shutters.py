@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Tests of what errors of the velocities of two frames do to a pose."""
+"""Tests of what rolling shutters and a delay make of a pose."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -13,7 +13,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, image_height
 from aick_ros.registration.refinement.residuals import PlaneResiduals, reprojection
-from aick_ros.registration.refinement.velocity_errors import Solution, errors_of_velocities
+from aick_ros.registration.refinement.shutters import Shutters, Solution
 from aick_ros.registration.tracks import Tracks
 
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
@@ -81,9 +81,8 @@ def test_a_shutter_turns_an_error_of_a_velocity_into_that_of_a_pose(gain, of_sou
     known, steady = frame(np.square(twist)), frame(None)
     kind = 'depth_readout' if gain.any() else 'colour_readout'
     shutter = dataclasses.replace(NO_MISALIGNMENT, **{kind: READOUT})
-    found = errors_of_velocities(
-        solution(points, seen, gain), *((known, steady) if of_source else (steady, known)),
-        shutter, 0.0)
+    found = Shutters(solution(points, seen, gain), *(
+        (known, steady) if of_source else (steady, known))).errors(shutter, 0.0)
     np.testing.assert_allclose(found, np.outer(off, off), rtol=0.02, atol=0.02 * (off @ off))
 
 
@@ -91,9 +90,9 @@ def test_a_shutter_turns_an_error_of_a_velocity_into_that_of_a_pose(gain, of_sou
 def test_a_delay_shifts_the_pose_as_far_as_it_follows_depth(gain):
     """By the delay that is estimated, and by that of the stamps."""
     points, variances = points_of(50), np.square([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
-    found = errors_of_velocities(
-        solution(points, se3.transform(POSE, points), gain), frame(variances), frame(None),
-        dataclasses.replace(NO_MISALIGNMENT, delay=2 * DELAY), -DELAY)
+    found = Shutters(
+        solution(points, se3.transform(POSE, points), gain), frame(variances), frame(None)).errors(
+            dataclasses.replace(NO_MISALIGNMENT, delay=2 * DELAY), -DELAY)
     axes = np.kron(np.eye(2), POSE[:3, :3])
     np.testing.assert_allclose(
         found, (gain[0, 0] * DELAY) ** 2 * axes @ np.diag(variances) @ axes.T, atol=1e-12)
@@ -105,7 +104,7 @@ def test_errors_of_both_frames_add_up_and_those_not_known_add_nothing():
     shutter = dataclasses.replace(NO_MISALIGNMENT, colour_readout=READOUT, delay=DELAY)
 
     def errors(source, target):
-        return errors_of_velocities(found, frame(source), frame(target), shutter, 0.0)
+        return Shutters(found, frame(source), frame(target)).errors(shutter, 0.0)
 
     assert not errors(None, None).any()
     np.testing.assert_allclose(errors(variances, variances),
@@ -114,9 +113,9 @@ def test_errors_of_both_frames_add_up_and_those_not_known_add_nothing():
 
 def test_without_shutter_and_delay_velocities_do_not_matter():
     points, variances = points_of(50), np.full(6, 0.01)
-    assert not errors_of_velocities(
+    assert not Shutters(
         solution(points, se3.transform(POSE, points), 0.5 * DEPTH), frame(variances),
-        frame(variances), NO_MISALIGNMENT, 0.0).any()
+        frame(variances)).errors(NO_MISALIGNMENT, 0.0).any()
 
 
 def test_without_depth_keypoints_alone_follow():
@@ -124,6 +123,19 @@ def test_without_depth_keypoints_alone_follow():
     both = solution(points, se3.transform(POSE, points), KEYPOINTS)
     alone = Solution(POSE, both.tracks, both.keypoints, [], KEYPOINTS)
     shutter = dataclasses.replace(NO_MISALIGNMENT, colour_readout=READOUT)
-    args = frame(np.ones(6)), frame(np.ones(6)), shutter, DELAY
-    np.testing.assert_allclose(errors_of_velocities(alone, *args),
-                               errors_of_velocities(both, *args), atol=1e-15)
+    views = frame(np.ones(6)), frame(np.ones(6))
+    np.testing.assert_allclose(*(Shutters(each, *views).errors(shutter, DELAY)
+                                 for each in (alone, both)), atol=1e-15)
+
+
+@pytest.mark.parametrize('share', [0.0, 0.4, 1.0])
+def test_a_readout_that_is_not_corrected_is_an_error_by_both_velocities(share):
+    """Of what keypoints have a part in; depth has a readout of its own."""
+    points, twists = points_of(300), 1e-3 * np.random.default_rng(3).normal(size=(2, 6))
+    seen = se3.transform(POSE, points)
+    off = shift(*(displaced(each, -READOUT * rows(each), twist)
+                  for each, twist in zip((points, seen), twists)), KEYPOINTS)
+    found = Shutters(solution(points, seen, share * DEPTH), frame(None), frame(None))
+    np.testing.assert_allclose(READOUT * found.by_readout(twists), (1 - share) * off,
+                               atol=0.02 * np.abs(off).max())
+    assert not found.by_readout(np.zeros((2, 6))).any()
