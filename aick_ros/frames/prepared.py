@@ -40,7 +40,7 @@ class PreparedFrame:
     :param twist: body velocity (vx, vy, vz, wx, wy, wz) of the camera [m/s, rad/s]; None where
         unknown.
     :param twist_variances: 6, of the errors of the twist [m^2/s^2, rad^2/s^2]; None where they
-        are unknown, and none is expected.
+        are unknown: it counts as exact.
     :param is_tracked: whether the keypoints are not its own, but those of another frame that were
         tracked into it.
     :param distortion: that the depth image is free of.
@@ -79,7 +79,8 @@ class PreparedFrame:
         """Sharpness of the colour image; measured only where it is asked for."""
         return Sharpness.of(self.grey)
 
-    def moving(self, twist: np.ndarray, variances: np.ndarray | None) -> PreparedFrame:
+    def moving(self, twist: np.ndarray,
+               variances: np.ndarray | None = None) -> PreparedFrame:
         """Return the frame with a velocity, and with all that is known of its images."""
         return self._with(twist=twist, twist_variances=variances)
 

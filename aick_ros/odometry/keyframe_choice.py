@@ -66,8 +66,9 @@ class KeyframeChoice:
             self._policy.begin()
         kept = self._registrar.prepared_like(reference.prepared, prepared)
         if self._is_kept(prepared, kept, attempt.seen, self._policy.advance):
-            if kept.twist is None and prepared.twist is not None:  # as that of a first frame
-                kept = kept.moving(prepared.twist, prepared.twist_variances)
+            if kept.twist_variances is None and prepared.twist is not None:  # as of a first frame
+                twist = prepared.twist if kept.twist is None else kept.twist
+                kept = kept.moving(twist, prepared.twist_variances)
             references.track(last, Reference(kept, reference.pose, loss=reference.loss))
         else:
             if prepared.is_tracked:

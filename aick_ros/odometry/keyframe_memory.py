@@ -105,7 +105,7 @@ class KeyframeMemory:
         newest, prepared = self._frames[self._newest], keyframe.prepared
         if keyframe.stamp != newest.stamp:
             self._add(keyframe, detour)
-        elif newest.twist is None and prepared.twist is not None:  # as that of a first frame
+        elif newest.twist_variances is None and prepared.twist is not None:  # as of a first frame
             self._frames[self._newest] = newest.moving(prepared.twist, prepared.twist_variances)
         if interval >= _SLOW_INTERVAL:
             effort = Effort.LEAST

@@ -335,7 +335,8 @@ class Odometry:
             return self._update(prepared, Status.TOO_FEW_KEYPOINTS,
                                 f'{reason}: {shortage}' if shortage else reason)
         recovered, self._is_lost = self._is_lost, False
-        self._velocity = Velocity(confirmed=prepared.stamp)
+        self._velocity = Velocity(confirmed=prepared.stamp,
+                                  unsteadiness=self._unsteadiness.squares)
         first, reason = self._path.start(prepared), f'{count} keypoints'
         self._references = References(first)
         if is_by_depth:
@@ -392,7 +393,8 @@ class Odometry:
                 prepared.stamp, attempt.reference.pose.matrix @ attempt.registration.pose)
             if velocity is not None:
                 twist = np.concatenate([velocity, twist[3:]])
-        return prepared.moving(twist, self._velocity.variances_after(increment.interval))
+        interval = min(increment.interval, self._settings.odometry.hold_time)  # also after a loss
+        return prepared.moving(twist, self._velocity.variances_after(interval))
 
     def _effort_for(self, prepared: PreparedFrame, attempt: Attempt,
                     references: References) -> Effort:

@@ -205,7 +205,7 @@ class Registrar:
         The depth of the target places its keypoints. It fails without a refinement; other
         parameters are as for :meth:`register`.
 
-        :param is_followed: whether the frame before was tracked, so that fewer keypoints suffice.
+        :param is_followed: whether the frame before was not lost, so that fewer keypoints suffice.
         """
         _require_frames(source, target)
         expected = required(expected, ExpectedPose, 'the pose expected').checked()

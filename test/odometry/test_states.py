@@ -217,6 +217,23 @@ def test_a_frame_has_the_errors_of_its_velocity_from_the_third_increment_on(made
     np.testing.assert_allclose(known[4], [1.4 * error ** 2, 0, 0, 0, 0, 0], rtol=1e-3, atol=1e-9)
 
 
+def test_what_velocities_err_by_is_kept_at_a_reset_and_bounded_after_a_gap(made):
+    settings = Settings().odometry
+    odometry, registrar = made(lambda stamp: se3.exp([
+        0.2 * ((stamp - START) / NANOSECONDS) ** 2, 0, 0, 0, 0, 0]))
+    for number in range(5):
+        update = odometry.register_frame(frame(number))
+    known = update.prepared.twist_variances[0]
+    long = round(3 * settings.hold_time / PERIOD)
+    late = odometry.register_frame(frame(4 + long))
+    assert late.increment.interval > 2 * settings.hold_time
+    np.testing.assert_allclose(late.prepared.twist_variances[0],
+                               known * (settings.hold_time / PERIOD) ** 2)
+    odometry.reset()
+    odometry.register_frame(frame(5 + long))
+    assert odometry.register_frame(frame(6 + long)).prepared.twist_variances[0] > 0.0
+
+
 def test_the_systematic_error_that_two_registrations_share_is_none_of_their_increment(made):
     odometry, registrar = made(lambda stamp: se3.exp([
         0.3 * (stamp - START) / NANOSECONDS, 0, 0, 0, 0, 0]))

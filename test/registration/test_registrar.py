@@ -301,7 +301,8 @@ def test_errors_by_delays_are_those_of_all_that_is_corrected(monkeypatch, frames
 
     registrar = Registrar(with_values(Settings(), {'misalignment.delay': delay}))
     target, source = (registrar.prepare(dataclasses.replace(
-        frame, depth_stamp=frame.stamp + round(1e9 * lag))) for frame in frames[:2])
+        frame, depth_stamp=frame.stamp + round(1e9 * lag))).moving(np.full(6, 1e-9))
+        for frame in frames[:2])
     without = Registrar(with_values(Settings(), {'misalignment.delay': delay})).register(
         source, target)
     monkeypatch.setattr(Shutters, 'errors', errors_of)

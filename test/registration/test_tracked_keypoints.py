@@ -134,7 +134,7 @@ class Back:
                                fit=Fit(np.ones(tracked), 1.0, on_objects))
         rows = np.linspace(0, known - 1, tracked).astype(int)  # of the target's keypoints
         self.refined = dataclasses.replace(
-            refined, T_target_source=pose,
+            refined, T_target_source=pose, by_readout=np.arange(6.0),
             tracked=dataclasses.replace(refined.tracked, keypoints=rows))
         self.given, self.believed = [], []
 
@@ -252,6 +252,12 @@ def test_a_motion_far_from_the_one_expected_is_not_taken(play, error, elapsed, i
 
 
 WITHOUT_DEPTH = {'method': 'register_without_depth'}
+
+
+@pytest.mark.parametrize('how', [{}, WITHOUT_DEPTH])
+def test_what_a_readout_makes_of_a_pose_goes_with_it(play, how):
+    found = play(**how) if how else play(**how)[1]
+    np.testing.assert_array_equal(found.by_readout, play.back.refined.by_readout)
 
 
 def without_depth(frame):

@@ -12,6 +12,7 @@ import numpy as np
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry import definite, se3
 from aick_ros.geometry.pose import PoseWithCovariance, along_all_axes
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.inertial.sample_check import SampleCheck
 
 _GRAVITIES = 9.8, 9.80665, 9.81  # m/s^2; by definition: those of simulators
@@ -27,6 +28,8 @@ _MOVED = 45.0
 """Squared distance of two poses by their covariance from which on the camera has moved.
 
 Chosen: noise exceeds it in one of ten million frames, and a rest may last for hours."""
+
+_SETTLED = NANOSECONDS // 2  # by definition: as long as a value that never changes has not
 
 _FLOOR = along_all_axes(0.005 ** 2, math.radians(0.3) ** 2)
 """Covariance that poses of a camera at rest have beside their own, 6x6 [m^2, rad^2].
@@ -47,13 +50,15 @@ class RestCheck:
     def __init__(self, samples: SampleCheck) -> None:
         self._samples = samples
         self._rates = SampleCheck('gyroscope', 'rad/s', math.inf)
-        self._has_noise: bool | None = None  # of the gyroscope; None: there is none
+        self._has_noise: bool | None = None  # of the gyroscope; None: there is none, or not yet
+        self._rates_since: int | None = None  # stamp of its first value [ns]
         self._moved_since: int | None = None  # stamp of the value during which it has moved [ns]
         self.restart()
 
     def restart(self) -> None:
         """Continue with poses that are measured anew; what has moved so far remains."""
         self._first: tuple[int, PoseWithCovariance] | None = None  # with the stamp of its value
+        self._latest: tuple[int, PoseWithCovariance] | None = None  # with its own stamp, to judge
 
     @property
     def doubt(self) -> float:
@@ -70,9 +75,15 @@ class RestCheck:
 
     def add(self, samples: ImuSamples) -> None:
         """Note whether a gyroscope beside it has noise: not if it was ever constant."""
-        if self._has_noise is not False and len(
-                self._rates.usable(samples.stamps, samples.turn_rates)[0]):
-            self._has_noise = not self._rates.unchanged
+        self._judge()
+        if self._has_noise is False:
+            return
+        stamps, _ = self._rates.usable(samples.stamps, samples.turn_rates)
+        if len(stamps):
+            if self._rates_since is None:
+                self._rates_since = int(stamps[0])
+            if int(stamps[-1]) - self._rates_since > _SETTLED:
+                self._has_noise = not self._rates.unchanged
 
     def note(self, stamp: int, pose: PoseWithCovariance) -> None:
         """
@@ -81,9 +92,15 @@ class RestCheck:
         :param stamp: of it, by the clock of the samples [ns].
         :param pose: ``T_reckoned_camera``, with the covariance of this measurement alone.
         """
-        if not (self._is_exact and self._samples.unchanged
-                and self._samples.was_unchanged_at(stamp)):
+        self._latest = stamp, pose
+        self._judge()
+
+    def _judge(self) -> None:
+        """Compare the last pose with the first one, once the value at its stamp is known."""
+        if self._latest is None or not (self._is_exact and self._samples.unchanged
+                                        and self._samples.was_unchanged_at(self._latest[0])):
             return
+        (_, pose), self._latest = self._latest, None
         since = self._samples.unchanged_since
         if self._first is None or self._first[0] != since:
             self._first = since, pose

@@ -137,8 +137,9 @@ class Problem:
         joint, covariance, gain = joint_estimate(keypoints, depth, pose, noise.bias)
         shutters = Shutters(Solution(joint, self._tracks, by_keypoints[0], by_depth, gain),
                             self._source, self._target)
-        covariance = covariance + shutters.errors(
-            self._misalignment, mean_depth_lag(self._source, self._target))
+        if self._twists.any():
+            covariance = covariance + shutters.errors(
+                self._misalignment, mean_depth_lag(self._source, self._target))
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
         bias, measure = None, None
         if by_depth:

@@ -4,10 +4,10 @@
 """
 Errors of a pose by rolling shutters and by a delay, which displace what moving cameras see.
 
-What a row sees is displaced by the velocity of the frame times the time between the two. Each
-residual follows that as it follows the pose, times that time, and the pose follows by the normal
-equations. It is corrected; but velocities err, as they change within the intervals that show them,
-and what is not known of a readout is not corrected.
+What a row sees is displaced by the velocity of the frame times the time from the stamp to the row.
+Each residual follows that as it follows the pose, times that time, and the pose follows by the
+normal equations. It is corrected; but velocities err, as they change within the intervals that
+show them, and what is not known of a readout is not corrected.
 """
 
 from __future__ import annotations

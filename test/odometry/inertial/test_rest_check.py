@@ -80,6 +80,21 @@ def test_of_a_camera_that_tilts_or_moves_the_value_changes(sensor, motion, doubt
     assert sensor.see() == doubt  # it has moved, though it is back
 
 
+def test_a_gyroscope_shows_noise_only_after_as_long_as_a_constant_one_takes(sensor):
+    """One that begins later than the accelerometer is constant for a shorter time."""
+    late = np.zeros((100, 3))
+    late[:60] = np.nan
+    assert sensor.add(rates=late) == SMALL
+    assert sensor.add(rates=np.zeros((100, 3))) == SMALL
+
+
+def test_a_pose_after_the_last_sample_is_judged_once_the_next_ones_come(sensor):
+    sensor.add()
+    sensor.see()
+    assert sensor.see((0.1, 0.0, 0.0), late=PERIOD // 2) == SMALL
+    assert sensor.add() == 1.0
+
+
 def test_a_motion_counts_for_the_value_of_that_time(sensor):
     sensor.add()
     sensor.see()
