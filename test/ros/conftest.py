@@ -25,7 +25,7 @@ from rcl_interfaces.msg import Log
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import LoggingSeverity
 from rclpy.publisher import Publisher
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CameraInfo, Image, Imu
 
@@ -222,7 +222,9 @@ class Graph:
         self._executor.add_node(self.beside)
         self._nodes, self._logged, self._ends = [self.beside], [], 0
         self._received = {}
-        self.beside.create_subscription(Log, '/rosout', self._logged.append, QUEUE)
+        # a line may be logged before the two have found each other
+        self.beside.create_subscription(Log, '/rosout', self._logged.append, QoSProfile(
+            depth=QUEUE, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 
     def node(self, name='odom_node', **options):
         """Make a node, named and with options as rclpy.create_node has them."""
