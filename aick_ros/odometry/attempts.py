@@ -225,8 +225,7 @@ class Attempts:
         found = self._registrar.register_depth(prepared, *beside)
         if is_moving and found.status.ok:
             found = self._registrar.register_depth(
-                prepared.moving(_twist_by_depth(prepared, reference, found),
-                                prepared.twist_variances), *beside)
+                prepared.moving(_twist_by_depth(prepared, reference, found)), *beside)
         return self._checked(prepared, reference, found)
 
     def _checked(self, prepared: PreparedFrame, reference: Reference,

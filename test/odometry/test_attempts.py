@@ -48,7 +48,7 @@ class View:
     def bare(self):
         return self
 
-    def moving(self, twist, variances):
+    def moving(self, twist, variances=None):
         return dataclasses.replace(self, twist=twist, twist_variances=variances)
 
 
