@@ -16,6 +16,7 @@ from aick_ros.cli.output.console import decimal, line, progress, say, table
 
 PROGRAM = """
 import os
+from aick_ros.borders.streams import flush_output
 from aick_ros.cli.output.console import line, say, table
 try:
     for on_stderr in ({stderr}, {stderr}):  # the second time the pipe is known to be closed
@@ -23,6 +24,7 @@ try:
         line('a line', on_stderr)
     say('a sentence')
     print('all of it', flush=True)
+    flush_output()  # as the command does at its end
 except BrokenPipeError:
     os._exit(7)
 """
