@@ -170,8 +170,8 @@ class Odometry:
 
     @property
     def misalignment(self) -> Misalignment:
-        """Misalignment of the camera's images, where registrations show a significant one."""
-        return self._learned.misalignment.misalignment
+        """Misalignment of the camera's images, where registrations show one for certain."""
+        return self._learned.misalignment.found
 
     @property
     def distortion(self) -> DepthDistortion:

@@ -83,7 +83,7 @@ def test_what_is_shown_of_the_sensors_is_theirs(parts, steps):
     assert odometry.gyroscope is odometry._gyroscope and odometry.gravity is odometry._path.gravity
     learned = parts.arguments('Registrar')[0][2]
     learned.misalignment.assume(Misalignment(np.zeros(6), 0.03, 0.0, 0.0))
-    assert odometry.misalignment is learned.misalignment.misalignment
+    assert odometry.misalignment is learned.misalignment.found
     assert odometry.misalignment.delay == 0.03
 
 

@@ -46,6 +46,11 @@ class GroupedEquations:
         """Completeness of the last run of registrations."""
         return self.count % RUN == 0
 
+    @property
+    def groups(self) -> int:
+        """Number of groups that have registrations."""
+        return min(-(-self.count // RUN), _GROUPS)
+
     def add(self, information: np.ndarray, gradient: np.ndarray) -> None:
         """Add the equations of one registration."""
         group = self.count // RUN % _GROUPS
@@ -87,6 +92,11 @@ class GroupedEquations:
         variance = _JACKKNIFE * float(np.vdot(scatter[:, part] @ metric, scatter[:, part]))
         square = float(estimate[part] @ metric @ estimate[part])
         return square / variance if variance > 0.0 else 0.0
+
+    def variances(self, scatter: np.ndarray) -> np.ndarray:
+        """Return the variances of an estimate by how much each group changes it, N."""
+        variances: np.ndarray = _JACKKNIFE * np.einsum('ij,ij->j', scatter, scatter)
+        return variances
 
     def covariance(self, chosen: np.ndarray) -> np.ndarray:
         """

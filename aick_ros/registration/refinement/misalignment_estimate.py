@@ -4,10 +4,12 @@
 """
 Misalignment of a camera's images, estimated over its registrations.
 
-The normal equations of all pairs of frames are added up, their poses eliminated. What is not
-significant against how far parts of the registrations contradict each other changes nothing; it
-makes motions less certain. What is estimated is the deviation from a misalignment that is known:
-by the settings, zero unless the camera was measured before.
+The normal equations of all pairs of frames are added up, their poses eliminated. An offset, an
+error of the focal lengths or a lens that is not significant against how far parts of the
+registrations contradict each other changes nothing; it makes motions less certain. Delay and
+readouts are corrected as soon as they are likely, by as much as is likely: many cameras have them,
+and while they are not corrected each motion errs. What is estimated is the deviation from a
+misalignment that is known: by the settings, zero unless the camera was measured before.
 
 The scale of depth is none of the unknowns: it would scale the whole trajectory, and nothing
 contradicts it.
@@ -22,6 +24,7 @@ import numpy as np
 from aick_ros.geometry import definite
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.grouped_equations import MEMORY, RUN, GroupedEquations
+from aick_ros.registration.refinement.likely_error import PROBABILITY, LikelyError
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misalignment
 from aick_ros.registration.samples import MisalignmentSample
 
@@ -29,10 +32,9 @@ _SIZE = 12  # offset in m and rad, delay and readouts in s, errors of focal leng
 _ALL = np.arange(_SIZE, dtype=np.int64)
 _OFFSET, _TIMES = slice(0, 6), slice(6, 9)
 _FOCAL, _LENS, _OPTICS = slice(9, 11), slice(11, 12), slice(9, 12)
-_COLOUR_READOUT, _DEPTH_READOUT = slice(7, 8), slice(8, 9)
-_PARTS: tuple[slice, ...] = _OFFSET, _TIMES, _FOCAL, _LENS
-"""Offset; delay and readouts; focal lengths; lens. Each is significant or not: of a rolling
-shutter a delay alone is worse than none."""
+_COLOUR_READOUT = slice(7, 8)
+_PARTS: tuple[slice, ...] = _OFFSET, _FOCAL, _LENS
+"""Each is significant or not; delay and readouts are estimated with them in any case."""
 
 # All chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
 _KEPT = 0.8  # weight of a group's earlier registrations, each time that it is added to
@@ -43,17 +45,14 @@ _DESIGN_EFFECT = 10.0  # of the information: residuals have common errors
 _PRIOR = np.diag(_DESIGN_EFFECT / PRIOR_SIGMAS ** 2)
 """Information about the twelve numbers before any registration, 12x12."""
 
-_PROBABILITY = 0.5  # of an error of a camera, before any registration; chosen: as likely as none
-
-_SIGNIFICANT = {6: (45.0, 22.0, 15.0), 3: (48.0, 24.0, 19.0), 2: (50.0, 26.0, 22.0),
-                1: (167.0, 74.0, 47.0)}
+_SIGNIFICANT = {6: (45.0, 22.0, 15.0), 2: (50.0, 26.0, 22.0), 1: (167.0, 74.0, 47.0)}
 """Square of an estimate by its variance, both weighted by the information, from which on it is
 applied, by the number of unknowns: after 20, after 25 and from 30 registrations on. Derived:
 chance exceeds F(6, 3), F(2, 3) and so on, up to F(6, 7) and F(2, 7), so far in one to five of a
 thousand, and F(1, 3) to F(1, 5) in one: a single number has no other that could contradict it.
 Cameras without misalignment show 1 to 8, others 40 to 1000."""
 
-_LARGE = {6: 22.5, 3: 16.3, 2: 13.8, 1: 10.8}
+_LARGE = {6: 22.5, 2: 13.8, 1: 10.8}
 """Square of an estimate by its covariance from which on it is applied too. Derived: chance exceeds
 chi-square with as many degrees of freedom so far in one of a thousand. Offsets estimated of
 cameras without any show 0 to 15, others hundreds."""
@@ -62,16 +61,15 @@ _CLEAREST = 4.0
 """Significance by what is required, up to which what is required of the size falls as it rises.
 Chosen: the lens of a camera with noisy depth was 3 times as significant, and half as large."""
 
-_SINGLY = (_OFFSET, slice(6, 7), _COLOUR_READOUT, _DEPTH_READOUT, slice(9, 10), slice(10, 11),
-           _LENS)
+_SINGLY = _OFFSET, slice(9, 10), slice(10, 11), _LENS
 """Unknowns that are applied together or not at all, by their size."""
 
 _STILL_SIGNIFICANT = 0.5  # of both: below it an estimate is no longer applied
 
-_SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004, 0.004,
-                      0.01, 0.01, 0.015])
-"""Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms, 1 %, 0.015: a lens
-of that much lengthens motions by 0.7 %."""
+_SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.0, 0.0, 0.0, 0.01, 0.01,
+                      0.015])
+"""Estimates that are smaller are not applied: 3 mm and 0.15 deg, 1 %, 0.015: a lens of that much
+lengthens motions by 0.7 %."""
 
 _DELAY = 6  # by definition: its place among the unknowns
 _DELAY_DESIGN_EFFECT = 25.0  # of the information about the delay, for its standard deviation
@@ -96,7 +94,7 @@ class MisalignmentEstimate:
         self._forget()
 
     def _forget(self) -> None:
-        self._misalignment = self._known
+        self._misalignment = self._found = self._known
         self._equations = GroupedEquations(_PRIOR, _KEPT)
         self._mean_gain = 0.0
         self._applied: tuple[slice, ...] = ()
@@ -107,8 +105,13 @@ class MisalignmentEstimate:
 
     @property
     def misalignment(self) -> Misalignment:
-        """Misalignment to be corrected: the known one, and each deviation that is significant."""
+        """Misalignment to be corrected: the known one with what is significant, or likely."""
         return self._misalignment
+
+    @property
+    def found(self) -> Misalignment:
+        """Misalignment to be reported: the known one with what is significant, or certain."""
+        return self._found
 
     @property
     def delay_sigma(self) -> float:
@@ -170,12 +173,12 @@ class MisalignmentEstimate:
         return min(limit / gain, 1.0) if gain > 0.0 else 1.0
 
     def _estimate(self) -> None:
-        """Estimate the significant deviations: the least significant part is dropped first."""
+        """Estimate the deviations: of those parts the least significant one is dropped first."""
         parts, values = _PARTS if self._equations.count >= _FEWEST else (), np.zeros(_SIZE)
         by_all = self._equations.solve(_ALL, self._known.values)
         while parts:
             estimate, scatter = by_all if parts == _PARTS else self._equations.solve(
-                _unknowns(parts), self._known.values)
+                _unknowns((*parts, _TIMES)), self._known.values)
             margins = self._margins(parts, estimate, scatter)
             kept = tuple(part for part in parts if not _is_small(estimate, part))
             if min(margins) < 1.0:
@@ -190,13 +193,31 @@ class MisalignmentEstimate:
         for unknowns in _SINGLY:
             if _is_small(values, unknowns):
                 values[unknowns] = 0.0
+        times = self._times(*by_all)
+        values[_TIMES] = [time.corrected for time in times]
         self._misalignment = Misalignment.of(self._known.values + values)
+        self._found = self._reported(values, times)
         self._delay_sigma = self._sigma_of_delay(values, *by_all)
         estimate, scatter = by_all
         full = self._equations.full_covariance(scatter, _DESIGN_EFFECT)
         self._offset_covariance = _covariance_of(_OFFSET, values, estimate, full)
         self._optics_covariance = _covariance_of(_OPTICS, values, estimate, full)
-        self._readout_covariance = _covariance_of(_COLOUR_READOUT, values, estimate, full)
+        self._readout_covariance = np.array([[times[1].variance_left]])
+
+    def _times(self, estimate: np.ndarray, scatter: np.ndarray) -> list[LikelyError]:
+        """Return the delay and both readouts, by all unknowns together."""
+        variances = _DESIGN_EFFECT * np.diag(self._equations.covariance(_ALL))
+        scatters = self._equations.variances(scatter)
+        return [LikelyError(estimate[i], variances[i], scatters[i], self._equations.groups,
+                            PRIOR_SIGMAS[i]) for i in _ALL[_TIMES]]
+
+    def _reported(self, values: np.ndarray, times: list[LikelyError]) -> Misalignment:
+        """Return the misalignment to be reported, of what is corrected."""
+        if self._equations.count < _FEWEST:
+            return self._known
+        values = values.copy()
+        values[_TIMES] *= [time.is_certain for time in times]
+        return Misalignment.of(self._known.values + values)
 
     def _sigma_of_delay(self, applied: np.ndarray, estimate: np.ndarray,
                         scatter: np.ndarray) -> float:
@@ -214,7 +235,8 @@ class MisalignmentEstimate:
     def _margins(self, parts: tuple[slice, ...], estimate: np.ndarray,
                  scatter: np.ndarray) -> list[float]:
         """Return by how much each part exceeds what is required to apply it, of all estimated."""
-        covariance, first, margins = self._equations.covariance(_unknowns(parts)), 0, []
+        covariance = self._equations.covariance(_unknowns((*parts, _TIMES)))
+        first, margins = 0, []
         latest = min((self._equations.count - _FEWEST) // RUN, 2)
         for part in parts:
             size = part.stop - part.start
@@ -246,7 +268,7 @@ def _covariance_of(part: slice, applied: np.ndarray, estimate: np.ndarray,
     square = float(estimate @ definite.solve(covariance, estimate))
     prior = np.diag(PRIOR_SIGMAS[part] ** 2)
     contraction = np.linalg.slogdet(definite.solve(prior, covariance))[1]
-    odds = math.log(_PROBABILITY / (1.0 - _PROBABILITY)) + 0.5 * (square + contraction)
+    odds = math.log(PROBABILITY / (1.0 - PROBABILITY)) + 0.5 * (square + contraction)
     probability = 1.0 if applied[part].any() else 0.5 + 0.5 * math.tanh(0.5 * odds)
     return probability * (covariance + np.outer(error, error))
 
@@ -257,7 +279,7 @@ def _is_small(values: np.ndarray, unknowns: slice) -> bool:
 
 def _unknown(part: slice) -> np.ndarray:
     """Return the covariance of unknowns before any registration."""
-    return _PROBABILITY * np.diag(PRIOR_SIGMAS[part] ** 2)
+    return PROBABILITY * np.diag(PRIOR_SIGMAS[part] ** 2)
 
 
 def _unknowns(parts: tuple[slice, ...]) -> np.ndarray:

@@ -18,6 +18,7 @@ from aick_ros.registration.samples import MisalignmentSample
 # of one registration
 SIGMAS = np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.01, 0.01, 0.01, 0.02, 0.02,
                    0.02])
+TIMES = slice(6, 9)
 TRUE = np.array([0.02, -0.01, 0.015, 0.02, -0.03, 0.01, -0.02, 0.02, 0.025, -0.1, 0.03,
                  0.06])
 
@@ -48,12 +49,17 @@ def samples(true, count, seed=1, contradiction=0.0, sigmas=SIGMAS):
         yield MisalignmentSample(information, information @ values)
 
 
-def learned(*series):
+def estimate_of(*series):
     estimate = MisalignmentEstimate()
     for one in series:
         for sample in one:
             estimate.learn(sample)
-    return estimate.misalignment.values
+    return estimate
+
+
+def learned(*series):
+    """Return what is found; delay and readouts are corrected before that."""
+    return estimate_of(*series).found.values
 
 
 def test_a_misalignment_is_recovered_from_tens_of_registrations():
@@ -62,6 +68,29 @@ def test_a_misalignment_is_recovered_from_tens_of_registrations():
 
 def test_few_registrations_show_nothing():
     assert not learned(samples(TRUE, 19)).any()
+
+
+def test_what_is_found_is_corrected():
+    estimate = estimate_of(samples(TRUE, 60))
+    np.testing.assert_array_equal(estimate.found.values, estimate.misalignment.values)
+    assert estimate.found.values.all()
+
+
+def test_a_delay_and_readouts_that_are_likely_are_corrected_before_they_are_found():
+    """Many cameras have them, and while they are not corrected each motion errs."""
+    values = estimate_of(samples(TRUE, 10)).misalignment.values
+    assert np.abs((values - TRUE) / TRUE)[TIMES].max() < 0.15
+    assert not np.delete(values, TIMES).any()
+
+
+@pytest.mark.parametrize('contradiction', [1.0, 3.0])
+def test_what_is_corrected_of_a_camera_without_misalignment_is_small(contradiction):
+    """Among 40 cameras whose registrations err by 10 and 30 ms, five in a row alike."""
+    values = np.array([
+        estimate_of(samples(np.zeros(12), 80, seed, contradiction)).misalignment.values[TIMES]
+        for seed in range(40)])
+    assert np.mean(values != 0.0) < (0.12 if contradiction == 1.0 else 0.4)
+    assert np.sqrt(np.mean(values ** 2)) < 0.28 * contradiction * SIGMAS[TIMES].max()
 
 
 @pytest.mark.parametrize('seed', range(20))
@@ -97,8 +126,8 @@ def test_a_significant_misalignment_of_no_size_is_not_applied():
     estimate = MisalignmentEstimate()
     for sample in samples(tiny, 80, sigmas=0.01 * SIGMAS):
         estimate.learn(sample)
-    assert not estimate.misalignment.values.any()
-    assert estimate.delay_sigma == pytest.approx(tiny[6], rel=0.1)  # an error of its size
+    np.testing.assert_allclose(estimate.misalignment.values[TIMES], tiny[TIMES], rtol=0.1)
+    assert not np.delete(estimate.misalignment.values, TIMES).any()
 
 
 @pytest.mark.parametrize('contradiction, is_applied', [(0.1, True), (0.3, False)])
@@ -128,7 +157,7 @@ def test_a_misalignment_known_exactly_is_kept():
     estimate = MisalignmentEstimate(Misalignment.of(TRUE))
     for sample in samples(TRUE, 80, contradiction=1.0):
         estimate.learn(sample)
-    np.testing.assert_array_equal(estimate.misalignment.values, TRUE)
+    np.testing.assert_array_equal(estimate.found.values, TRUE)
 
 
 def test_what_was_learned_is_kept_when_another_misalignment_is_said_to_be_known():
@@ -151,12 +180,13 @@ def test_a_deviation_from_another_known_one_is_as_significant_however_it_was_bef
         known = Misalignment.of(share * TRUE)
         direct, by_the_true_one = copy.deepcopy(estimate), copy.deepcopy(estimate)
         by_the_true_one.assume(Misalignment.of(TRUE))  # from which nothing deviates
-        np.testing.assert_array_equal(by_the_true_one.misalignment.values, TRUE)
+        np.testing.assert_array_equal(by_the_true_one.found.values, TRUE)
         for one in (direct, by_the_true_one):
             one.assume(known)
         np.testing.assert_array_equal(direct.misalignment.values,
                                       by_the_true_one.misalignment.values)
-        applied.append((direct.misalignment.values != known.values).any())
+        np.testing.assert_array_equal(direct.found.values, by_the_true_one.found.values)
+        applied.append((direct.found.values != known.values).any())
     assert 5 < sum(applied) < 46
 
 
@@ -229,7 +259,7 @@ def test_a_delay_is_uncertain_until_registrations_show_it():
         estimate.learn(sample)
     assert sigmas[0] == 0.01
     assert sigmas[-1] < 0.0015
-    assert sigmas[19] > 0.5 * sigmas[0]  # 20 ms are seen, and not corrected yet
+    assert sigmas[9] > 0.5 * sigmas[0]  # 20 ms are seen, and not corrected yet
 
 
 def noisy_samples(true, count, seed=1):
@@ -282,7 +312,7 @@ def test_an_error_that_is_not_applied_is_as_large_as_is_said_of_it(covariance, p
     found = [(np.square(error / PRIOR_SIGMAS[part]).sum(),
               np.sum(np.diag(covariance) / PRIOR_SIGMAS[part] ** 2))
              for is_applied, error, covariance in errors(
-                 covariance, part, map(drawn_by_the_prior, range(60))) if not is_applied]
+                 covariance, part, map(drawn_by_the_prior, range(80))) if not is_applied]
     assert len(found) > 150
     squares, variances = np.sum(found, axis=0)
     assert 0.7 < squares / variances < 1.2
@@ -304,6 +334,6 @@ def test_an_error_of_the_camera_is_as_likely_as_none_until_registrations_tell(co
     np.testing.assert_allclose(sigmas([]), np.sqrt(0.5))
     least = 0.2 if part == READOUT else 0.1  # a single number is rather large by chance
     assert (sigmas(noisy_samples(np.zeros(12), 80)) < least).all()
-    seen = sigmas(samples(TRUE, 15)) * PRIOR_SIGMAS[part]
+    seen = sigmas(samples(TRUE, 5 if part == READOUT else 15)) * PRIOR_SIGMAS[part]
     assert (seen > 0.6 * np.abs(TRUE[part])).all()  # it is not applied yet
     assert (sigmas(samples(TRUE, 35)) < 0.2).all()
