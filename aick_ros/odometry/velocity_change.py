@@ -7,7 +7,8 @@ By how much the velocity of a camera changes in one increment, as a mean square.
 A common delay of all stamps shifts an increment by the change of the velocity. The difference of
 two increments shows that change with noise, of registrations and of stamps, and as it was earlier:
 between the middles of two intervals. A single difference that is small by chance would make such a
-delay look harmless. So the mean over many, without their noise, has its part.
+delay look harmless. So the mean over many, without their noise, has its part. Where that noise is
+not known well enough, as it is larger than the change, changes over several increments count.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry.pose import Increment, sums_along_and_about
+from aick_ros.geometry.stamps import seconds
+from aick_ros.odometry.lagged_change import LaggedChange
 
 # Chosen on two excerpts of real recordings and on rendered cameras with stamps on arrival.
 _MEMORY = 30  # increments that the mean is over
@@ -42,7 +45,8 @@ class VelocityChange:
         self._end: int | None = None  # stamp of the last increment [ns]
         self._twist = np.zeros(6)  # of it, by the times of acquisition
         self._count = 0
-        self._shown, self._mean = np.zeros(2), np.zeros(2)
+        self._shown, self._mean, self._noise = np.zeros(2), np.zeros(2), np.zeros(2)
+        self._lagged = LaggedChange()
 
     def squares(self, increment: Increment, start: PreparedFrame, end: PreparedFrame,
                 twist: np.ndarray) -> np.ndarray:
@@ -58,18 +62,25 @@ class VelocityChange:
         if interval < _SHORTEST * increment.interval:  # a stamp that the clock has no image for
             interval = increment.interval
         here = increment.twist * (increment.interval / interval)
-        before = self._twist if self._end == start.stamp else twist
+        before = twist
+        if self._end == start.stamp:
+            before = self._twist
+        else:
+            self._lagged.restart()
+        change = sums_along_and_about(np.square(here - before))
         self._end, self._twist = end.stamp, here
-        return self._expected(sums_along_and_about(np.square(here - before)),
-                              _noise(increment, interval, 0.5 * (here + before), end))
+        self._lagged.add(seconds(0, end.stamp) - 0.5 * increment.interval, here, change)
+        return self._expected(change, _noise(increment, interval, 0.5 * (here + before), end))
 
     def _expected(self, shown: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Return the mean square by what is shown, what the noise of that is, and the mean."""
         self._count = min(self._count + 1, _MEMORY)
         self._shown = self._shown + (shown - self._shown) / self._count
         self._mean = self._mean + (shown - noise - self._mean) / self._count
+        self._noise = self._noise + (noise - self._noise) / self._count
         # as the noise may be overestimated, no less than a standard error of three values each
-        mean = np.maximum(self._mean, math.sqrt(2.0 / (3.0 * self._count)) * self._shown)
+        chance = math.sqrt(2.0 / (3.0 * self._count)) * self._shown
+        mean = self._lagged.combined(np.maximum(self._mean, chance), np.hypot(self._noise, chance))
         weight = _CORRELATION * mean / np.maximum(mean + noise, np.finfo(float).tiny)
         expected: np.ndarray = weight ** 2 * shown + (1.0 - weight * _CORRELATION) * mean
         return expected

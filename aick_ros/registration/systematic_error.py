@@ -38,12 +38,13 @@ _STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER = 0.005, 3.3
 Measured on a Kinect: about 5 ms, where stamps jitter by 1.2 to 3.3 ms. It is never below the
 jitter, and stamps that do not jitter have no error."""
 
-_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER = 0.022, 22.0
+_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER = 0.025, 25.0
 """Standard deviation of the common delay of all stamps [s], and its bound by the jitter.
 
-Derived: the root mean square of delays from 5 to 35 ms. Measured on a Kinect: 15 to 25 ms, where
-stamps jitter by 1.2 to 3.3 ms. All of it counts from a jitter of 1 ms on; chosen, below the
-smallest one measured."""
+Chosen: delays from 5 to 35 ms have a root mean square of 22 ms, but all increments of a camera
+have the same one, so that of those with a long delay too many would be outside. Measured on a
+Kinect: 10 to 15 ms, where stamps jitter by 1.2 to 3.3 ms. All of it counts from a jitter of 1 ms
+on; chosen, below the smallest one measured."""
 
 _ACROSS = np.array([1.0, 1.0, 0.0, 1.0, 1.0, 0.0])  # by definition: components across the axis
 

@@ -199,11 +199,11 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
     assert variance(0.0, 0.001) == pytest.approx(0.0, abs=1e-15)
     assert variance(0.01, 0.001, None) == pytest.approx(0.0, abs=1e-15)
     one = variance(0.01, 0.001)
-    # along each of three axes a third of (delay * change of speed)^2, the delay being 22 jitters
-    assert one == pytest.approx((22 * 0.001 * 0.01 / PERIOD) ** 2 / 3)
+    # along each of three axes a third of (delay * change of speed)^2, the delay being 25 jitters
+    assert one == pytest.approx((25 * 0.001 * 0.01 / PERIOD) ** 2 / 3)
     assert variance(0.02, 0.001) == pytest.approx(4 * one)
     assert variance(0.01, 0.0005) == pytest.approx(one / 4)
-    assert variance(0.01, 0.004) == pytest.approx((0.022 * 0.01 / PERIOD) ** 2 / 3)
+    assert variance(0.01, 0.004) == pytest.approx((0.025 * 0.01 / PERIOD) ** 2 / 3)
 
 
 def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
@@ -212,7 +212,7 @@ def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
     source, target = view(2, jitter), view(1, jitter)
     complete = used().add_to(registration(motion), source, target, ExpectedPose(np.eye(4), PERIOD))
     assert (complete.covariance - OWN)[0, 0] == pytest.approx(
-        (22 * jitter * 0.01 / PERIOD) ** 2 / 3)
+        (25 * jitter * 0.01 / PERIOD) ** 2 / 3)
 
 
 def test_a_delay_that_is_not_certain_adds_its_error_times_the_change_of_the_motion():
@@ -234,7 +234,7 @@ def test_the_order_of_the_two_frames_does_not_matter(stamps):
     moved = registration(se3.exp([0, 0.01, 0, 0, 0, 0]))
     complete = used().add_to(moved, source, target, ExpectedPose(np.eye(4), PERIOD))
     assert (complete.covariance - OWN)[0, 0] == pytest.approx(
-        (22 * 0.001 * 0.01 / PERIOD) ** 2 / 3)
+        (25 * 0.001 * 0.01 / PERIOD) ** 2 / 3)
     assert complete.timing[1, 1] > 2 * (3.3 * 0.001 * 0.01) ** 2
 
 
