@@ -69,7 +69,7 @@ class VelocityChange:
             self._lagged.restart()
         change = sums_along_and_about(np.square(here - before))
         self._end, self._twist = end.stamp, here
-        self._lagged.add(seconds(0, end.stamp) - 0.5 * increment.interval, here, change)
+        self._lagged.add(seconds(0, end.stamp) - 0.5 * increment.interval, here)
         return self._expected(change, _noise(increment, interval, 0.5 * (here + before), end))
 
     def _expected(self, shown: np.ndarray, noise: np.ndarray) -> np.ndarray:

@@ -81,6 +81,39 @@ def test_noise_of_increments_is_no_change():
     np.testing.assert_allclose(found, np.sqrt(2 / 90) * shown, rtol=0.3)
 
 
+def at_30_hz(noise, gap=0):
+    """
+    Return what a swing of 2 Hz shows, n x 2, and the truth.
+
+    :param noise: standard deviation of the velocities; covariances have half of its variance.
+    :param gap: before every third increment [ns].
+    """
+    rng, change, found = np.random.default_rng(6), VelocityChange(), []
+    twists = 0.2 * np.sin(2 * np.pi * 2.0 * np.arange(200)[:, None] / 30.0 + np.arange(6))
+    for index, twist in enumerate(twists):
+        begin = index * 33_333_333 + index // 3 * gap
+        start, end = view(begin), view(begin + 33_333_333)
+        interval = seconds(start.stamp, end.stamp)
+        increment = Increment(PoseWithCovariance(
+            se3.exp(interval * (twist + rng.normal(0, noise, 6))),
+            0.5 * (interval * noise) ** 2 * np.eye(6)), interval)
+        found.append(change.squares(increment, start, end, twist))
+    true = np.square(np.diff(twists, axis=0)).mean(0).reshape(2, 3).sum(1)
+    return np.array(found), true
+
+
+def test_noise_that_the_covariances_lack_is_told_from_changes_by_several_increments():
+    found, true = at_30_hz(0.1)
+    assert (found[60:].mean(0) < 3 * true).all()
+    assert (found[60:].mean(0) > 0.8 * true).all()
+
+
+def test_increments_on_both_sides_of_a_gap_are_not_compared():
+    """As after each loss: there are never enough in a row to tell noise from changes."""
+    found, true = at_30_hz(0.1, gap=NANOSECONDS)
+    assert (found[60:].mean(0) > 3 * true).all()
+
+
 def test_the_change_is_found_beside_noise_of_its_size():
     rng, twists = np.random.default_rng(4), walk(2000, SIGMA / PERIOD)
     noisy = twists + rng.normal(0, SIGMA.repeat(3) / np.sqrt(2) / PERIOD, twists.shape)

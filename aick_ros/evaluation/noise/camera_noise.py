@@ -26,7 +26,7 @@ class CameraNoise:
 
     :param pairs: number of pairs of colour images in which keypoints were compared.
     :param pixels: noise of the keypoints; None where there is too little data.
-    :param misalignment: that of the settings, with each deviation that is significant.
+    :param misalignment: that of the settings, with each deviation that is certain.
     :param distortion: of the depth images, where it is significant.
     """
 

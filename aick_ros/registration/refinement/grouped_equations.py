@@ -48,8 +48,8 @@ class GroupedEquations:
 
     @property
     def groups(self) -> int:
-        """Number of groups that have registrations."""
-        return min(-(-self.count // RUN), _GROUPS)
+        """Number of groups that have had a whole run of registrations."""
+        return min(self.count // RUN, _GROUPS)
 
     def add(self, information: np.ndarray, gradient: np.ndarray) -> None:
         """Add the equations of one registration."""

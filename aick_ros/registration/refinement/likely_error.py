@@ -1,77 +1,146 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""An error that a camera has or has not, by an estimate of it."""
+"""Errors that a camera has or has not, by estimates of them."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 PROBABILITY = 0.5  # of an error of a camera, before any registration; chosen: as likely as none
 
-_LIKELY = 0.5
-"""Probability from which on an error is corrected. By definition: it is more likely there than
-not. Cameras without shutter and delay show .02 to .4."""
+_LIKELY = 0.55
+"""Probability from which on errors are corrected: they are more likely there than not, by more
+than the tails of Student's distribution make it where data show nothing."""
 
-_CERTAIN = 0.99  # chosen: probability from which on an error is reported
+_FEWEST = 3  # groups of data; the scatter of two is too often small by chance
 
-_SMALLEST_SHARE = 1e-3  # of the scatter: with less the distribution is normal, to rounding
+_CERTAIN = 0.99  # chosen: probability from which on errors are reported
+
+_TOGETHER = 0.8  # chosen: probability of each error of a camera that has some
+
+_LARGEST_ODDS = 100.0  # logarithm; larger ones are as good
+
+_SMALLEST_SHARE = 1e-3
+"""Of an estimate that is by data, and of its variance that is by scatter: with less of the former
+nothing is known, with less of the latter the distribution is normal."""
 
 
 @dataclass(frozen=True)
 class LikelyError:
     """
-    An error that is as likely zero as not, before it is estimated.
+    What data show of an error that may be there or not.
 
-    The probability that it is there follows by Bayes' rule: its prior density at zero by that
-    after the estimate (Dickey 1971). As few groups show the scatter, the latter is Student's,
-    with the degrees of freedom of Satterthwaite (1946).
+    The odds that it is there follow by Bayes' rule: its prior density at zero by that after the
+    estimate (Dickey 1971). As few groups show the scatter, the latter is Student's, with the
+    degrees of freedom of Satterthwaite (1946).
 
-    :param estimate: of an error that is there, with its prior.
-    :param variance: of the estimate, by its information.
-    :param scatter: of the estimate, by how far groups of data contradict each other.
-    :param groups: number of those.
-    :param sigma: standard deviation of the prior.
+    :param groups: number of groups of data that show the scatter.
+    :param sigma: standard deviation of an error that is there.
+    :param mean: of it by the data, if it is there; ``variance``: of it.
+    :param scatter: share of the variance of the data that only the scatter of groups shows.
     """
 
-    estimate: float
-    variance: float
-    scatter: float
     groups: int
     sigma: float
+    mean: float
+    variance: float
+    scatter: float
+
+    @classmethod
+    def of(cls, estimate: float, variance: float, scatter: float, groups: int,
+           sigma: float) -> LikelyError:
+        """
+        Return one by an estimate that may scatter by more than its variance.
+
+        The estimate is freed of its prior, has the larger variance of the two, and then the prior
+        again.
+
+        :param estimate: of an error that is there, with its prior.
+        :param variance: of the estimate, by its information and that of the prior.
+        :param scatter: variance of the estimate by how far groups of data contradict each other.
+        """
+        prior = sigma ** 2
+        share = 1.0 - variance / prior if math.isfinite(variance) else 0.0
+        if groups < _FEWEST or share < _SMALLEST_SHARE or not math.isfinite(scatter):
+            return cls(groups, sigma, 0.0, prior, 0.0)
+        known = variance / share
+        noise = max(known, scatter / share ** 2)
+        return cls(groups, sigma, estimate / share * prior / (prior + noise),
+                   prior * noise / (prior + noise), 1.0 - known / noise)
+
+    @property
+    def _degrees(self) -> float:
+        """Degrees of freedom of the variance."""
+        return max(self.groups - 1, 1) / max(self.scatter, _SMALLEST_SHARE) ** 2
+
+    @property
+    def spread(self) -> float:
+        """Variance of the error about the mean: larger, as few groups show the scatter."""
+        degrees, prior = self._degrees, self.sigma ** 2
+        return min(self.variance * degrees / (degrees - 2.0), prior) if degrees > 2.0 else prior
+
+    @property
+    def odds(self) -> float:
+        """Logarithm of the odds that data give to an error that is there, against none."""
+        degrees = self._degrees
+        fall = 0.5 * (degrees + 1) * math.log1p(self.mean ** 2 / (degrees * self.variance))
+        height = (math.lgamma(0.5 * (degrees + 1)) - math.lgamma(0.5 * degrees)
+                  - 0.5 * math.log(0.5 * degrees))
+        return fall - height + 0.5 * math.log(self.variance / self.sigma ** 2)
+
+
+@dataclass(frozen=True)
+class LikelyErrors:
+    """
+    Errors that come together, as the delay and the readouts of a rolling shutter.
+
+    A camera without any is as likely as one with some; one that has some has each of them with a
+    probability. So one that is certain makes the others likely: it may be worse than none alone.
+    """
+
+    errors: Sequence[LikelyError]
 
     @property
     def probability(self) -> float:
-        """Probability that the error is there."""
-        total = self.variance + self.scatter
-        if self.groups < 2 or not math.isfinite(total):
-            return PROBABILITY
-        degrees = (self.groups - 1) / max(self.scatter / total, _SMALLEST_SHARE) ** 2
-        fall = 0.5 * (degrees + 1) * math.log1p(self.estimate ** 2 / (degrees * total))
-        height = (math.lgamma(0.5 * (degrees + 1)) - math.lgamma(0.5 * degrees)
-                  - 0.5 * math.log(0.5 * degrees))
-        odds = (math.log(PROBABILITY / (1.0 - PROBABILITY))
-                + fall - height + 0.5 * math.log(total / self.sigma ** 2))
-        return 0.5 + 0.5 * math.tanh(0.5 * odds)
+        """Probability that there are any; the estimates count as independent."""
+        odds = sum(math.log(1.0 - _TOGETHER + _TOGETHER * ratio) for ratio in self._ratios)
+        return 0.5 + 0.5 * math.tanh(0.5 * (odds + math.log(PROBABILITY / (1.0 - PROBABILITY))))
 
     @property
-    def corrected(self) -> float:
-        """What is corrected: the mean, where the error is likely."""
-        probability = self.probability
-        return probability * self.estimate if probability > _LIKELY else 0.0
+    def probabilities(self) -> np.ndarray:
+        """Probability of each, N."""
+        there = _TOGETHER * self._ratios
+        probabilities: np.ndarray = self.probability * there / (1.0 - _TOGETHER + there)
+        return probabilities
 
     @property
-    def is_certain(self) -> bool:
-        """Whether it may be said that the error is there."""
-        return self.probability > _CERTAIN
+    def _ratios(self) -> np.ndarray:
+        return np.array([math.exp(min(error.odds, _LARGEST_ODDS)) for error in self.errors])
 
     @property
-    def variance_left(self) -> float:
-        """Mean square of the error that is left once it is corrected."""
-        probability, corrected = self.probability, self.corrected
-        total = self.variance + self.scatter
-        if not math.isfinite(total):
-            return PROBABILITY * self.sigma ** 2
-        return (probability * (total + (self.estimate - corrected) ** 2)
-                + (1.0 - probability) * corrected ** 2)
+    def are_certain(self) -> np.ndarray:
+        """Whether it may be said of each that it is there, N."""
+        certain: np.ndarray = self.probabilities > _CERTAIN
+        return certain
+
+    @property
+    def corrected(self) -> np.ndarray:
+        """What is corrected of each, N: the mean over both cases, where any are likely."""
+        if self.probability <= _LIKELY:
+            return np.zeros(len(self.errors))
+        means: np.ndarray = self.probabilities * [error.mean for error in self.errors]
+        return means
+
+    @property
+    def variances_left(self) -> np.ndarray:
+        """Mean squares of what is left of each once they are corrected, N."""
+        probabilities, corrected = self.probabilities, self.corrected
+        means, spreads = np.array([(error.mean, error.spread) for error in self.errors]).T
+        left: np.ndarray = (probabilities * (spreads + np.square(means - corrected))
+                            + (1.0 - probabilities) * np.square(corrected))
+        return left

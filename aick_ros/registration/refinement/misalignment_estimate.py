@@ -24,7 +24,7 @@ import numpy as np
 from aick_ros.geometry import definite
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.grouped_equations import MEMORY, RUN, GroupedEquations
-from aick_ros.registration.refinement.likely_error import PROBABILITY, LikelyError
+from aick_ros.registration.refinement.likely_error import PROBABILITY, LikelyError, LikelyErrors
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misalignment
 from aick_ros.registration.samples import MisalignmentSample
 
@@ -34,11 +34,11 @@ _OFFSET, _TIMES = slice(0, 6), slice(6, 9)
 _FOCAL, _LENS, _OPTICS = slice(9, 11), slice(11, 12), slice(9, 12)
 _COLOUR_READOUT = slice(7, 8)
 _PARTS: tuple[slice, ...] = _OFFSET, _FOCAL, _LENS
-"""Each is significant or not; delay and readouts are estimated with them in any case."""
+"""Each is significant or not, beside delay and readouts if those are likely."""
 
 # All chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
 _KEPT = 0.8  # weight of a group's earlier registrations, each time that it is added to
-_FEWEST = 20  # registrations before anything is estimated
+_FEWEST = 20  # registrations before more than the times is estimated, or anything reported
 PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02, 0.02, 0.05, 0.05,
                          0.05])
 _DESIGN_EFFECT = 10.0  # of the information: residuals have common errors
@@ -66,10 +66,10 @@ _SINGLY = _OFFSET, slice(9, 10), slice(10, 11), _LENS
 
 _STILL_SIGNIFICANT = 0.5  # of both: below it an estimate is no longer applied
 
-_SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.0, 0.0, 0.0, 0.01, 0.01,
-                      0.015])
+_SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004, 0.004,
+                      0.01, 0.01, 0.015])
 """Estimates that are smaller are not applied: 3 mm and 0.15 deg, 1 %, 0.015: a lens of that much
-lengthens motions by 0.7 %."""
+lengthens motions by 0.7 %. Times that are smaller are not reported: 2 ms and 4 ms."""
 
 _DELAY = 6  # by definition: its place among the unknowns
 _DELAY_DESIGN_EFFECT = 25.0  # of the information about the delay, for its standard deviation
@@ -85,7 +85,7 @@ class MisalignmentEstimate:
     """
     Misalignment of one camera, learned over its registrations.
 
-    :param known: holds until a deviation from it is significant.
+    :param known: holds until a deviation from it is significant, or likely.
     """
 
     def __init__(self, known: Misalignment = NO_MISALIGNMENT) -> None:
@@ -115,7 +115,7 @@ class MisalignmentEstimate:
 
     @property
     def delay_sigma(self) -> float:
-        """Standard deviation of the delay that is corrected [s]: also what is not significant."""
+        """Standard deviation of the delay that is corrected [s]: also where none is."""
         return self._delay_sigma
 
     @property
@@ -174,12 +174,14 @@ class MisalignmentEstimate:
 
     def _estimate(self) -> None:
         """Estimate the deviations: of those parts the least significant one is dropped first."""
-        parts, values = _PARTS if self._equations.count >= _FEWEST else (), np.zeros(_SIZE)
         by_all = self._equations.solve(_ALL, self._known.values)
+        times = self._times(*by_all)
+        likely = _ALL[_TIMES] if times.corrected.any() else _ALL[:0]
+        parts, values = _PARTS if self._equations.count >= _FEWEST else (), np.zeros(_SIZE)
         while parts:
-            estimate, scatter = by_all if parts == _PARTS else self._equations.solve(
-                _unknowns((*parts, _TIMES)), self._known.values)
-            margins = self._margins(parts, estimate, scatter)
+            estimate, scatter = self._equations.solve(
+                _unknowns(parts, likely), self._known.values)
+            margins = self._margins(parts, likely, estimate, scatter)
             kept = tuple(part for part in parts if not _is_small(estimate, part))
             if min(margins) < 1.0:
                 weakest = margins.index(min(margins))
@@ -193,36 +195,52 @@ class MisalignmentEstimate:
         for unknowns in _SINGLY:
             if _is_small(values, unknowns):
                 values[unknowns] = 0.0
-        times = self._times(*by_all)
-        values[_TIMES] = [time.corrected for time in times]
+        values[_TIMES] = times.corrected
+        self._apply(values, times, *by_all)
+
+    def _apply(self, values: np.ndarray, times: LikelyErrors, estimate: np.ndarray,
+               scatter: np.ndarray) -> None:
+        """
+        Let deviations be corrected from now on.
+
+        :param estimate: of all unknowns, without regard to what is corrected.
+        :param scatter: by how much each group of registrations changes it.
+        """
         self._misalignment = Misalignment.of(self._known.values + values)
         self._found = self._reported(values, times)
-        self._delay_sigma = self._sigma_of_delay(values, *by_all)
-        estimate, scatter = by_all
+        self._delay_sigma = self._sigma_of_delay(values, times, estimate, scatter)
         full = self._equations.full_covariance(scatter, _DESIGN_EFFECT)
         self._offset_covariance = _covariance_of(_OFFSET, values, estimate, full)
         self._optics_covariance = _covariance_of(_OPTICS, values, estimate, full)
-        self._readout_covariance = np.array([[times[1].variance_left]])
+        self._readout_covariance = times.variances_left[1:2, None]
 
-    def _times(self, estimate: np.ndarray, scatter: np.ndarray) -> list[LikelyError]:
-        """Return the delay and both readouts, by all unknowns together."""
+    def _times(self, estimate: np.ndarray, scatter: np.ndarray) -> LikelyErrors:
+        """
+        Return the delay and both readouts, by an estimate of all unknowns.
+
+        Where they are not likely they are zero beside the other parts: a delay of a camera that
+        turns at a constant rate is like an offset, which would not be significant beside it.
+        """
         variances = _DESIGN_EFFECT * np.diag(self._equations.covariance(_ALL))
         scatters = self._equations.variances(scatter)
-        return [LikelyError(estimate[i], variances[i], scatters[i], self._equations.groups,
-                            PRIOR_SIGMAS[i]) for i in _ALL[_TIMES]]
+        return LikelyErrors([
+            LikelyError.of(estimate[i], variances[i], scatters[i], self._equations.groups,
+                           PRIOR_SIGMAS[i]) for i in _ALL[_TIMES]])
 
-    def _reported(self, values: np.ndarray, times: list[LikelyError]) -> Misalignment:
+    def _reported(self, values: np.ndarray, times: LikelyErrors) -> Misalignment:
         """Return the misalignment to be reported, of what is corrected."""
         if self._equations.count < _FEWEST:
             return self._known
         values = values.copy()
-        values[_TIMES] *= [time.is_certain for time in times]
+        values[_TIMES] *= times.are_certain & (np.abs(times.corrected) > _SMALLEST[_TIMES])
         return Misalignment.of(self._known.values + values)
 
-    def _sigma_of_delay(self, applied: np.ndarray, estimate: np.ndarray,
+    def _sigma_of_delay(self, applied: np.ndarray, times: LikelyErrors, estimate: np.ndarray,
                         scatter: np.ndarray) -> float:
         """
-        Return the standard deviation of the delay [s], by all unknowns together.
+        Return the standard deviation of the delay [s]: the larger of two.
+
+        One is by Bayes' rule, the other by all unknowns together, as if there were a delay.
 
         :param applied: deviations that are; an estimate that is not is an error of its size.
         :param estimate: of all unknowns.
@@ -230,12 +248,12 @@ class MisalignmentEstimate:
         """
         covariance = self._equations.full_covariance(scatter, _DELAY_DESIGN_EFFECT)
         variance = covariance[_DELAY, _DELAY] + (estimate - applied)[_DELAY] ** 2
-        return min(float(np.sqrt(variance)), _LARGEST_DELAY_SIGMA)
+        return min(math.sqrt(max(variance, times.variances_left[0])), _LARGEST_DELAY_SIGMA)
 
-    def _margins(self, parts: tuple[slice, ...], estimate: np.ndarray,
+    def _margins(self, parts: tuple[slice, ...], likely: np.ndarray, estimate: np.ndarray,
                  scatter: np.ndarray) -> list[float]:
         """Return by how much each part exceeds what is required to apply it, of all estimated."""
-        covariance = self._equations.covariance(_unknowns((*parts, _TIMES)))
+        covariance = self._equations.covariance(_unknowns(parts, likely))
         first, margins = 0, []
         latest = min((self._equations.count - _FEWEST) // RUN, 2)
         for part in parts:
@@ -282,5 +300,6 @@ def _unknown(part: slice) -> np.ndarray:
     return PROBABILITY * np.diag(PRIOR_SIGMAS[part] ** 2)
 
 
-def _unknowns(parts: tuple[slice, ...]) -> np.ndarray:
-    return np.concatenate([_ALL[part] for part in parts])
+def _unknowns(parts: tuple[slice, ...], times: np.ndarray) -> np.ndarray:
+    """Return the unknowns of some parts, in their order, and after them some of the times."""
+    return np.concatenate([*(_ALL[part] for part in parts), times])

@@ -78,24 +78,42 @@ def test_what_is_found_is_corrected():
 
 def test_a_delay_and_readouts_that_are_likely_are_corrected_before_they_are_found():
     """Many cameras have them, and while they are not corrected each motion errs."""
-    values = estimate_of(samples(TRUE, 10)).misalignment.values
-    assert np.abs((values - TRUE) / TRUE)[TIMES].max() < 0.15
+    values = estimate_of(samples(TRUE, 15)).misalignment.values
+    assert np.abs((values - TRUE) / TRUE)[TIMES].max() < 0.3
     assert not np.delete(values, TIMES).any()
 
 
-@pytest.mark.parametrize('contradiction', [1.0, 3.0])
+@pytest.mark.parametrize('contradiction', [1.0, 3.0, 10.0])
 def test_what_is_corrected_of_a_camera_without_misalignment_is_small(contradiction):
-    """Among 40 cameras whose registrations err by 10 and 30 ms, five in a row alike."""
-    values = np.array([
-        estimate_of(samples(np.zeros(12), 80, seed, contradiction)).misalignment.values[TIMES]
-        for seed in range(40)])
-    assert np.mean(values != 0.0) < (0.12 if contradiction == 1.0 else 0.4)
-    assert np.sqrt(np.mean(values ** 2)) < 0.28 * contradiction * SIGMAS[TIMES].max()
+    """Among 40 cameras whose registrations err by 10 to 100 ms, five in a row alike."""
+    def values_after(count):
+        return np.array([
+            estimate_of(samples(np.zeros(12), count, seed, contradiction)).misalignment.values
+            for seed in range(40)])[:, TIMES]
+
+    assert np.sqrt(np.mean(values_after(15) ** 2)) < 0.008
+    assert np.sqrt(np.mean(values_after(80) ** 2)) < 0.006
 
 
 @pytest.mark.parametrize('seed', range(20))
 def test_a_camera_without_misalignment_is_left_alone(seed):
     assert not learned(samples(np.zeros(12), 80, seed, contradiction=1.0)).any()
+
+
+@pytest.mark.parametrize('unknown', [4, 6])
+def test_an_offset_is_found_where_a_delay_is_much_like_it(unknown):
+    """As of a robot that turns at a nearly constant rate: what both do together is corrected."""
+    rng, true, estimate = np.random.default_rng(1), np.zeros(12), MisalignmentEstimate()
+    true[unknown] = 0.03 if unknown == 4 else 0.02
+    for _ in range(80):
+        jacobian = 30 * rng.standard_normal((3, 12)) / SIGMAS
+        rate = 1.0 + 0.15 * rng.standard_normal()
+        jacobian[:, 6] = rate * jacobian[:, 4]
+        noise = 30 * 0.3 * rng.standard_normal(3)
+        information, values = jacobian.T @ jacobian, jacobian @ true + noise
+        estimate.learn(MisalignmentSample(information, jacobian.T @ values))
+    error = estimate.misalignment.values - true
+    assert abs(error[4] + error[6]) < 0.2 * true[unknown]
 
 
 def test_what_registrations_contradict_is_not_applied():
@@ -121,12 +139,14 @@ def test_only_the_readout_of_the_image_that_has_one_is_applied(image):
     assert found[15 - image] == 0.0
 
 
-def test_a_significant_misalignment_of_no_size_is_not_applied():
+def test_of_a_significant_misalignment_of_no_size_only_times_are_corrected_and_none_reported():
     tiny = 0.05 * np.full(12, 0.02)
     estimate = MisalignmentEstimate()
     for sample in samples(tiny, 80, sigmas=0.01 * SIGMAS):
         estimate.learn(sample)
+    assert not estimate.found.values.any()
     np.testing.assert_allclose(estimate.misalignment.values[TIMES], tiny[TIMES], rtol=0.1)
+    assert estimate.delay_sigma < 0.1 * tiny[6]
     assert not np.delete(estimate.misalignment.values, TIMES).any()
 
 
@@ -289,8 +309,14 @@ def errors(covariance, part, cameras):
 
 @pytest.mark.parametrize('covariance, part', COVARIANCES)
 def test_an_error_that_is_applied_is_left_as_large_as_is_said_of_it(covariance, part):
-    """At every moment, of cameras with errors of three standard deviations."""
-    cameras = [3.0 * Drawn(seed).normal() * PRIOR_SIGMAS for seed in range(40)]
+    """
+    At every moment, of cameras with errors of three standard deviations.
+
+    Readouts are corrected by Bayes' rule, also before they are significant: of those cameras they
+    are as large as its prior says.
+    """
+    size = 1.0 if part == READOUT else 3.0
+    cameras = [size * Drawn(seed).normal() * PRIOR_SIGMAS for seed in range(40)]
     distances = [error @ np.linalg.solve(covariance, error) / len(error)
                  for is_applied, error, covariance in errors(covariance, part, cameras)
                  if is_applied]
@@ -299,23 +325,37 @@ def test_an_error_that_is_applied_is_left_as_large_as_is_said_of_it(covariance, 
 
 
 def drawn_by_the_prior(seed):
-    """Return a camera in which every part is as likely right as not."""
+    """
+    Return a camera in which every part is as likely right as not.
+
+    One that has a delay or readouts has each of the three with a probability of 0.8.
+    """
     rng, true = np.random.default_rng([seed, 7]), Drawn(seed).normal() * PRIOR_SIGMAS
-    for part in (OFFSET, slice(6, 7), READOUT, slice(8, 9), OPTICS):
+    for part in (OFFSET, TIMES, OPTICS):
         true[part] *= rng.integers(2)
+    true[TIMES] *= rng.random(3) < 0.8
     return true
 
 
-@pytest.mark.parametrize('covariance, part', COVARIANCES)
+@pytest.mark.parametrize('covariance, part', [COVARIANCES[0], COVARIANCES[2]])
 def test_an_error_that_is_not_applied_is_as_large_as_is_said_of_it(covariance, part):
     """In the mean over cameras, at every moment; few of them have the one that is there."""
     found = [(np.square(error / PRIOR_SIGMAS[part]).sum(),
               np.sum(np.diag(covariance) / PRIOR_SIGMAS[part] ** 2))
              for is_applied, error, covariance in errors(
-                 covariance, part, map(drawn_by_the_prior, range(80))) if not is_applied]
+                 covariance, part, map(drawn_by_the_prior, range(60))) if not is_applied]
     assert len(found) > 150
     squares, variances = np.sum(found, axis=0)
     assert 0.7 < squares / variances < 1.2
+
+
+def test_a_readout_is_left_as_large_as_is_said_of_it_or_rather_less():
+    """In the mean over cameras drawn by the prior, at every moment, whether corrected or not."""
+    squares, variances = np.sum([
+        (error[0] ** 2, covariance[0, 0])
+        for _, error, covariance in errors('readout_covariance', READOUT,
+                                           map(drawn_by_the_prior, range(60)))], axis=0)
+    assert 0.5 < squares / variances < 1.1
 
 
 def sigmas_after(series, covariance, part):
