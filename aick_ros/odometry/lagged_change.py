@@ -22,7 +22,7 @@ from aick_ros.geometry.pose import sums_along_and_about
 _LAG = 0.11  # s: a hand's change is steady for about so long; three intervals at 30 Hz
 _SHORTEST = 3  # intervals; at lower rates the change over one is well above noise
 _LONGEST = 16  # intervals that are kept
-_EVEN = 0.25  # of an interval: by so much others may differ from it
+_EVEN = 0.25  # largest difference of intervals that are alike, as a share of the last one
 _FEWEST = 10  # changes before they are used
 _MEMORY = 30  # of them that the mean is over
 

@@ -30,6 +30,15 @@ _SMALLEST_SHARE = 1e-3
 nothing is known, with less of the latter the distribution is normal."""
 
 
+def probability_by(odds: float) -> float:
+    """
+    Return the probability of an error of a camera, by Bayes' rule.
+
+    :param odds: logarithm of those that data give to it, against none.
+    """
+    return 0.5 + 0.5 * math.tanh(0.5 * (odds + math.log(PROBABILITY / (1.0 - PROBABILITY))))
+
+
 @dataclass(frozen=True)
 class LikelyError:
     """
@@ -108,8 +117,8 @@ class LikelyErrors:
     @property
     def probability(self) -> float:
         """Probability that there are any; the estimates count as independent."""
-        odds = sum(math.log(1.0 - _TOGETHER + _TOGETHER * ratio) for ratio in self._ratios)
-        return 0.5 + 0.5 * math.tanh(0.5 * (odds + math.log(PROBABILITY / (1.0 - PROBABILITY))))
+        return probability_by(
+            sum(math.log(1.0 - _TOGETHER + _TOGETHER * ratio) for ratio in self._ratios))
 
     @property
     def probabilities(self) -> np.ndarray:
@@ -124,13 +133,13 @@ class LikelyErrors:
 
     @property
     def are_certain(self) -> np.ndarray:
-        """Whether it may be said of each that it is there, N."""
+        """Certainty of each, with which it is reported, N."""
         certain: np.ndarray = self.probabilities > _CERTAIN
         return certain
 
     @property
     def corrected(self) -> np.ndarray:
-        """What is corrected of each, N: the mean over both cases, where any are likely."""
+        """Correction of each, N: its mean over both cases, where any are likely."""
         if self.probability <= _LIKELY:
             return np.zeros(len(self.errors))
         means: np.ndarray = self.probabilities * [error.mean for error in self.errors]

@@ -24,7 +24,8 @@ import numpy as np
 from aick_ros.geometry import definite
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.grouped_equations import MEMORY, RUN, GroupedEquations
-from aick_ros.registration.refinement.likely_error import PROBABILITY, LikelyError, LikelyErrors
+from aick_ros.registration.refinement.likely_error import (
+    PROBABILITY, LikelyError, LikelyErrors, probability_by)
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misalignment
 from aick_ros.registration.samples import MisalignmentSample
 
@@ -286,8 +287,7 @@ def _covariance_of(part: slice, applied: np.ndarray, estimate: np.ndarray,
     square = float(estimate @ definite.solve(covariance, estimate))
     prior = np.diag(PRIOR_SIGMAS[part] ** 2)
     contraction = np.linalg.slogdet(definite.solve(prior, covariance))[1]
-    odds = math.log(PROBABILITY / (1.0 - PROBABILITY)) + 0.5 * (square + contraction)
-    probability = 1.0 if applied[part].any() else 0.5 + 0.5 * math.tanh(0.5 * odds)
+    probability = 1.0 if applied[part].any() else probability_by(0.5 * (square + contraction))
     return probability * (covariance + np.outer(error, error))
 
 
